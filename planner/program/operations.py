@@ -1,5 +1,7 @@
-"""The operations of a Program: what is done to each layer, in the vocabulary shared by planner, twin and rig."""
+"""The operations of a Program: what is done to each layer, in the words shared by planner, twin and rig."""
 
+from itertools import pairwise
+from math import hypot
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -25,6 +27,22 @@ class Pass(Strict):
     """Post load [g]: one value for the whole pass, or one for each point."""
     side: Literal["convex", "concave"]
     """Which way this pass bends the film: bottom layers convex, top layers concave."""
+
+    @property
+    def segment_lengths_mm(self) -> tuple[float, ...]:
+        """Length of each segment [mm], one fewer than points."""
+        return tuple(hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairwise(self.points_mm))
+
+    @property
+    def length_mm(self) -> float:
+        """Length of the whole pass [mm]."""
+        return sum(self.segment_lengths_mm)
+
+    @property
+    def scratch_s(self) -> float:
+        """Time at the programmed speeds, without acceleration [s]."""
+        lengths = zip(self.segment_lengths_mm, self.speed_mm_s, strict=True)
+        return sum(length / speed for length, speed in lengths)
 
 
 class Deposit(Strict):
