@@ -30,7 +30,8 @@ def load_program(path: str | Path) -> Program:
     if version != SCHEMA_VERSION:
         # Told alone: the rest of a file of another version would only give findings that mislead.
         raise InputError(
-            f"{path}: schema_version is {version!r}, allowed is {SCHEMA_VERSION!r}; plan again with this software"
+            f"{path}: schema_version is {version!r}, allowed is {SCHEMA_VERSION!r}; plan again with this "
+            "software"
         )
     found = document.pop("digest", None)
     try:
