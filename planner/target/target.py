@@ -23,7 +23,7 @@ class Target:
     z_mm: np.ndarray
     """Heights [mm], NaN outside the outline, shape [ny, nx], float."""
     outline_mm: np.ndarray
-    """Smooth closed outline seen from above [mm], counter-clockwise, first point not repeated, shape [n, 2]."""
+    """Smooth closed outline from above [mm], counter-clockwise, first point not repeated, shape [n, 2]."""
     notes: tuple[str, ...] = field(default=())
     """Sentences that the user should see about how the surface was read (scaled, cropped, repaired)."""
 
