@@ -1,0 +1,65 @@
+"""Calibrations as TOML files."""
+
+import json
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from planner.calibration.calibration import Calibration
+from planner.errors import InputError
+from planner.program import CalibrationRecord, validation_sentences
+
+PLACEHOLDER = Path(__file__).with_name("placeholder.toml")
+RANGE_TOLERANCE = 0.02
+"""How far the model's own end radii may be from the limits that the file states, relative."""
+
+
+def load_calibration(path: str | Path | None = None) -> Calibration:
+    """Read a calibration; without a path the placeholder, which is not measured and says so.
+
+    Raises InputError with every problem found: unreadable file, unknown or missing key, wrong range, or a
+    model whose own radii are not those of the stated limits.
+    """
+    path = PLACEHOLDER if path is None else Path(path)
+    record = _read_record(path)
+    try:
+        calibration = Calibration(record)
+        problems = _range_problems(calibration)
+    except ValueError as error:
+        raise InputError(f"{path}: limits or strip: {error}; correct the calibration") from None
+    if problems:
+        raise InputError([f"{path}: {problem}" for problem in problems])
+    return calibration
+
+
+def _read_record(path: Path) -> CalibrationRecord:
+    try:
+        document = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such calibration file; check the path") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error}); check the file") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: not valid TOML ({error}); correct the line named") from None
+    # Through JSON, because only there strict checking takes an array for a tuple; dates become text.
+    text = json.dumps(document, default=str)
+    try:
+        return CalibrationRecord.model_validate_json(text, strict=True)
+    except ValidationError as error:
+        raise InputError(validation_sentences(error, str(path))) from None
+
+
+def _range_problems(calibration: Calibration) -> list[str]:
+    limits = calibration.record.limits
+    strongest = (limits.load_g_max, limits.speed_mm_s_min)
+    weakest = (limits.load_g_min, limits.speed_mm_s_max)
+    problems = []
+    for key, (load, speed) in (("radius_mm_min", strongest), ("radius_mm_max", weakest)):
+        stated, given = getattr(limits, key), float(calibration.radius_mm(load, speed))
+        if abs(given / stated - 1) > RANGE_TOLERANCE:
+            problems.append(
+                f"limits.{key} is {stated:g} mm but the model gives {given:.3g} mm at {load:g} g and "
+                f"{speed:g} mm/s; make them agree within 2 %"
+            )
+    return problems
