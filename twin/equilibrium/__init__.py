@@ -1,0 +1,1 @@
+"""Equilibria: sparse direct solves, Newton's method, and the ramp of temperatures from the flat film."""

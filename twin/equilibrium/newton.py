@@ -1,0 +1,171 @@
+"""Newton's method for the equilibrium of a shell at one temperature."""
+
+import logging
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import SolverError
+from twin.equilibrium.linear import sparse_solver
+from twin.shell.shell import Shell
+
+logger = logging.getLogger(__name__)
+
+ARMIJO = 1e-4
+ENERGY_ROUNDING = 1e-13
+"""Relative energy differences below this are rounding; then the residual decides about a step."""
+SADDLE_RESIDUAL = 1e-5
+"""Below this relative residual an indefinite Hessian means that Newton is converging to a saddle."""
+WAIT = 2
+"""Steps with the approximate Hessian after the exact one was found indefinite."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NewtonOptions:
+    """How hard to try."""
+
+    max_iterations: int = 60
+    max_step_mm: float = 3.0
+    """Longest displacement of a vertex in one step."""
+    leave_saddles: bool = True
+    """Whether an equilibrium must be stable; if not, a saddle of the energy is returned as it is."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Equilibrium:
+    """A converged state."""
+
+    vertices_mm: np.ndarray
+    energy: float
+    """Energy over mu [mm^3]."""
+    relative_residual: float
+    """Norm of the residual force over the norm of the element forces of the still-flat film."""
+    iterations: int
+    stable: bool
+    """Whether the exact Hessian was positive definite at the last factorisation."""
+
+
+class Newton:
+    """Minimise a shell's energy; keeps the symbolic factorisation between temperatures."""
+
+    def __init__(self, shell: Shell, pins: np.ndarray, options: NewtonOptions | None = None) -> None:
+        self.shell = shell
+        self.options = options or NewtonOptions()
+        self.pins = pins
+        self._free = np.ones(3 * shell.vertex_count, dtype=bool)
+        self._free[pins] = False
+        pattern = shell.pattern
+        rows = np.repeat(np.arange(len(pattern.indptr) - 1), np.diff(pattern.indptr))
+        self._held = ~self._free[rows] | ~self._free[pattern.indices]
+        self._held_diagonal = pattern.diagonal_place[pins]
+        self._solver = sparse_solver(pattern.indptr, pattern.indices)
+        self.factorizations = 0
+
+    def close(self) -> None:
+        """Release the factorisation's memory."""
+        self._solver.close()
+
+    def solve(self, start_mm: np.ndarray, *, force_scale: float, tolerance: float) -> Equilibrium:
+        """Descend from `start_mm` [n, 3] to a stable equilibrium.
+
+        Steps use the exact Hessian where it is positive definite, else its positive semi-definite approximation.
+        Where the residual vanishes at a saddle, the film is pushed along the softest mode and goes on.
+
+        Raises:
+            SolverError: if the residual is above `tolerance * force_scale` when steps or iterations run out.
+        """
+        x = np.array(start_mm, dtype=float)
+        residual, wait = np.inf, 0
+        for iteration in range(self.options.max_iterations + 1):
+            exact = wait == 0 or residual <= tolerance
+            energy, gradient, values = self.shell.hessian(x, clamp=not exact)
+            force = np.where(self._free, gradient.ravel(), 0.0)
+            residual = float(np.linalg.norm(force)) / force_scale
+            definite = self._factorize(values)
+            settled = residual <= tolerance and exact
+            if settled and (definite or not self.options.leave_saddles):
+                return Equilibrium(
+                    vertices_mm=x,
+                    energy=energy,
+                    relative_residual=residual,
+                    iterations=iteration,
+                    stable=definite,
+                )
+            if iteration == self.options.max_iterations:
+                break
+            if settled or (exact and not definite and residual <= SADDLE_RESIDUAL and self.options.leave_saddles):
+                logger.info("leaving a saddle at residual %.1e", residual)
+                x = self._leave_saddle(x, values, energy)
+                continue
+            wait = WAIT if exact and not definite else max(wait - 1, 0)
+            if exact and not definite:
+                definite = self._factorize(self.shell.hessian(x, clamp=True)[2])
+            if not definite:
+                self._factorize_shifted(values)
+            step = -self._solver.solve(force).reshape(-1, 3)
+            moved = self._search(x, step, energy, force)
+            if moved is None:
+                break
+            x = moved
+        raise SolverError(
+            f"equilibrium: residual {residual:.1e} after {iteration} Newton steps, allowed {tolerance:.1e}; "
+            "use smaller temperature steps or a finer mesh."
+        )
+
+    def _factorize(self, values: np.ndarray) -> bool:
+        values[self._held] = 0.0
+        values[self._held_diagonal] = 1.0
+        self.factorizations += 1
+        return self._solver.factorize(values)
+
+    def _factorize_shifted(self, values: np.ndarray) -> None:
+        """Factorise with the smallest multiple of the identity added that makes the matrix positive definite."""
+        places = self.shell.pattern.diagonal_place
+        shift = 1e-8 * float(np.abs(values[places]).mean())
+        while True:
+            shifted = values.copy()
+            shifted[places] += shift
+            if self._factorize(shifted):
+                return
+            shift *= 4.0
+
+    def _leave_saddle(self, x: np.ndarray, values: np.ndarray, energy: float) -> np.ndarray:
+        """Move along the softest mode, found by inverse iteration, as far as the energy falls."""
+        self._factorize_shifted(values)
+        mode = np.random.default_rng(0).normal(size=x.size)
+        for _ in range(8):
+            mode[self.pins] = 0.0
+            mode = self._solver.solve(mode / np.linalg.norm(mode))
+        mode = mode.reshape(x.shape)
+        mode /= np.sqrt((mode**2).sum(axis=1).max())
+        best, lowest = x, energy
+        for sign in (1.0, -1.0):
+            length = 1e-3 * self.shell.film.thickness_mm
+            while length <= self.options.max_step_mm:
+                trial = x + sign * length * mode
+                value = self.shell.energy(trial)
+                if value < lowest:
+                    best, lowest = trial, value
+                elif value > energy:
+                    break
+                length *= 2.0
+        if best is x:
+            raise SolverError("equilibrium: the film sits at a saddle whose softest mode does not lower the energy.")
+        return best
+
+    def _search(self, x: np.ndarray, step: np.ndarray, energy: float, force: np.ndarray) -> np.ndarray | None:
+        """Backtrack along `step` until the energy falls; None if it does not."""
+        slope = float(force @ step.ravel())
+        longest = float(np.sqrt((step**2).sum(axis=1).max()))
+        length = min(1.0, self.options.max_step_mm / longest) if longest > 0 else 1.0
+        rounding = ENERGY_ROUNDING * max(abs(energy), self.shell.film.thickness_mm**3)
+        for _ in range(30):
+            trial = x + length * step
+            if -slope * length < rounding:
+                gradient = self.shell.gradient(trial)[1].ravel()
+                if np.linalg.norm(gradient[self._free]) < np.linalg.norm(force):
+                    return trial
+            elif self.shell.energy(trial) <= energy + ARMIJO * length * slope:
+                return trial
+            length *= 0.5
+        return None

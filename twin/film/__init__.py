@@ -1,0 +1,1 @@
+"""The flat film: mesh, layers, and how passes become directors and contractions."""
