@@ -77,9 +77,7 @@ def _regions(mask: np.ndarray, cell_mm2: float, *, diagonal: bool) -> tuple[np.n
     return labels, np.bincount(labels.ravel(), minlength=int(np.max(labels)) + 1)[1:] * cell_mm2
 
 
-def _places(
-    labels: np.ndarray, indices: list[int], areas: np.ndarray, x_mm: np.ndarray, y_mm: np.ndarray
-) -> str:
+def _places(labels: np.ndarray, indices: list[int], areas: np.ndarray, x_mm: np.ndarray, y_mm: np.ndarray) -> str:
     """Say how large some regions are and where, the largest first."""
     ranked = sorted(indices, key=lambda index: -areas[index - 1])
     centres = ndimage.center_of_mass(np.ones_like(labels), labels, ranked[:MOST_PLACES])

@@ -101,8 +101,7 @@ def _checked_grid(
         even = np.linspace(values[0], values[-1], values.size)
         if not np.isfinite(values).all():
             problems.append(
-                f"{name}: {axis} holds {np.sum(~np.isfinite(values))} NaN or infinite values; "
-                "give numbers in mm."
+                f"{name}: {axis} holds {np.sum(~np.isfinite(values))} NaN or infinite values; give numbers in mm."
             )
         elif not values[-1] > values[0] or np.abs(values - even).max() > UNEVENNESS * (even[1] - even[0]):
             worst = int(np.argmax(np.abs(values - even)))

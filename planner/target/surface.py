@@ -53,9 +53,7 @@ class Surface:
         """
         sigma = max(float(smoothing_mm), 0.6 * max(self.spacing_mm))
         if sigma not in self._slopes:
-            planes = local_planes(
-                self._z, self._known.astype(float), spacing_mm=self.spacing_mm, sigma_mm=sigma
-            )
+            planes = local_planes(self._z, self._known.astype(float), spacing_mm=self.spacing_mm, sigma_mm=sigma)
             weights = (planes.support > 1e-3).astype(float)
             self._slopes[sigma] = (
                 np.where(weights > 0, planes.slope_x, 0.0),
