@@ -90,9 +90,7 @@ def _tables(
     contraction = np.linspace(0, CONTRACTION_MAX, NODES)
     curvature = np.abs(1 / wide_strip(contraction, layer_thickness_mm, aligned)[0])
     if np.any(np.diff(curvature) <= 0):
-        raise ValueError(
-            f"aligning layers {list(aligned)} of {list(layer_thickness_mm)} mm does not bend the film"
-        )
+        raise ValueError(f"aligning layers {list(aligned)} of {list(layer_thickness_mm)} mm does not bend the film")
     return PchipInterpolator(contraction, curvature), PchipInterpolator(curvature, contraction)
 
 

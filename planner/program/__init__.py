@@ -10,11 +10,15 @@ from planner.program.calibration_record import (
     SaturatingModel,
     TableModel,
 )
+from planner.program.check import Problem, check
 from planner.program.files import PROGRAM_FILE, load_program, program_schema, save_program
+from planner.program.machine import Machine, load_machine
 from planner.program.operations import Actuate, Cure, Cut, Deposit, Pass, Point, ResetAlignment, Scratch
 from planner.program.problems import program_problems
 from planner.program.program import CreatedBy, Film, Inputs, Layer, Program
+from planner.program.segments import Segment, describe_split, split_layer
 from planner.program.sentences import validation_sentences
+from planner.program.timing import LayerTime, layer_times, scratch_time
 
 __all__ = [
     "PROGRAM_FILE",
@@ -29,16 +33,26 @@ __all__ = [
     "Film",
     "Inputs",
     "Layer",
+    "LayerTime",
+    "Machine",
     "Pass",
     "Point",
+    "Problem",
     "Program",
     "ResetAlignment",
     "SaturatingModel",
     "Scratch",
+    "Segment",
     "TableModel",
+    "check",
+    "describe_split",
+    "layer_times",
+    "load_machine",
     "load_program",
     "program_problems",
     "program_schema",
     "save_program",
+    "scratch_time",
+    "split_layer",
     "validation_sentences",
 ]

@@ -25,9 +25,7 @@ class CalibrationLimits(Strict):
         for name in ("load_g", "speed_mm_s", "radius_mm"):
             low, high = getattr(self, f"{name}_min"), getattr(self, f"{name}_max")
             if not low < high:
-                raise ValueError(
-                    f"{name}_min is {low:g} and must be smaller than {name}_max, which is {high:g}"
-                )
+                raise ValueError(f"{name}_min is {low:g} and must be smaller than {name}_max, which is {high:g}")
         return self
 
 
@@ -85,9 +83,7 @@ class TableModel(Strict):
         if not (_ascending(self.load_g) and _ascending(self.speed_mm_s)):
             raise ValueError("load_g and speed_mm_s must be ascending")
         if not (all(map(_ascending, rows)) and all(_ascending(column[::-1]) for column in columns)):
-            raise ValueError(
-                "radius_mm must rise with speed and fall with load, else no setting can be chosen"
-            )
+            raise ValueError("radius_mm must rise with speed and fall with load, else no setting can be chosen")
         return self
 
 

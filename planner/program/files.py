@@ -30,8 +30,7 @@ def load_program(path: str | Path) -> Program:
     if version != SCHEMA_VERSION:
         # Told alone: the rest of a file of another version would only give findings that mislead.
         raise InputError(
-            f"{path}: schema_version is {version!r}, allowed is {SCHEMA_VERSION!r}; plan again with this "
-            "software"
+            f"{path}: schema_version is {version!r}, allowed is {SCHEMA_VERSION!r}; plan again with this software"
         )
     found = document.pop("digest", None)
     try:
@@ -98,11 +97,7 @@ def _read_json(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error}); check the file") from None
     except (ValueError, RecursionError) as error:
-        raise InputError(
-            f"{path}: not valid JSON ({error}); give a program.json written by `lce plan`"
-        ) from None
+        raise InputError(f"{path}: not valid JSON ({error}); give a program.json written by `lce plan`") from None
     if not isinstance(document, dict):
-        raise InputError(
-            f"{path}: holds a JSON {type(document).__name__}, allowed is one object; give a program.json"
-        )
+        raise InputError(f"{path}: holds a JSON {type(document).__name__}, allowed is one object; give a program.json")
     return document

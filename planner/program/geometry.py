@@ -41,9 +41,7 @@ def outside_convex(points: Iterable[Point], outline: Sequence[Point]) -> Point |
 def self_crossing(line: Sequence[Point]) -> Point | None:
     """Return a point where a closed line crosses itself, or None where it is simple."""
     count = len(line)
-    edges = [
-        (min(a[0], b[0]), max(a[0], b[0]), i, a, b) for i, (a, b) in enumerate(pairwise([*line, line[0]]))
-    ]
+    edges = [(min(a[0], b[0]), max(a[0], b[0]), i, a, b) for i, (a, b) in enumerate(pairwise([*line, line[0]]))]
     edges.sort(key=lambda edge: edge[0])
     for first, (_, right, i, a, b) in enumerate(edges):
         for left, _, j, c, d in edges[first + 1 :]:

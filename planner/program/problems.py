@@ -73,8 +73,7 @@ def _stack_problems(program: Program) -> Iterator[str]:
     for place, layer in enumerate(layers):
         if layer.index != place:
             yield (
-                f"layers[{place}].index: found {layer.index}, allowed is {place}; list the layers bottom "
-                "first from 0"
+                f"layers[{place}].index: found {layer.index}, allowed is {place}; list the layers bottom first from 0"
             )
         yield from _order_problems(place, layer)
         if place < len(wanted) and abs(layer.thickness_mm - wanted[place]) > 1e-9:

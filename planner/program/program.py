@@ -122,7 +122,5 @@ class Program(Strict):
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the Program as canonical JSON: keys sorted, no spaces, shortest exact floats, UTF-8."""
-        text = json.dumps(
-            self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), ensure_ascii=False
-        )
+        text = json.dumps(self.model_dump(mode="json"), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
         return "sha256:" + hashlib.sha256(text.encode()).hexdigest()

@@ -32,11 +32,7 @@ def field_path(location: tuple[int | str, ...]) -> str:
     for place, part in enumerate(location):
         if isinstance(part, int):
             path += f"[{part}]"
-        elif not (
-            part in TAGS
-            and place
-            and (isinstance(location[place - 1], int) or location[place - 1] == "model")
-        ):
+        elif not (part in TAGS and place and (isinstance(location[place - 1], int) or location[place - 1] == "model")):
             path += f".{part}" if path else part
     return path or "whole file"
 

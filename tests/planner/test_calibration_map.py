@@ -16,9 +16,7 @@ PLACEHOLDER = Path(__file__).resolve().parents[2] / "planner" / "calibration" / 
 def table() -> Calibration:
     base = load_calibration().record
     loads, speeds = (0.5, 2.0, 6.5), (0.5, 1.0, 2.0)
-    radius = tuple(
-        tuple(1.8 * (6.5 / load) ** 0.54 * (speed / 0.5) ** 0.5 for speed in speeds) for load in loads
-    )
+    radius = tuple(tuple(1.8 * (6.5 / load) ** 0.54 * (speed / 0.5) ** 0.5 for speed in speeds) for load in loads)
     limits = base.limits.model_copy(update={"radius_mm_max": radius[0][2]})
     model = TableModel(load_g=loads, speed_mm_s=speeds, radius_mm=radius)
     return Calibration(base.model_copy(update={"model": model, "limits": limits}))

@@ -139,9 +139,7 @@ def test_a_wrong_file_says_where(tmp_path: Path, change: Any, words: list[str]) 
         assert word in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "content", ["", "[1, 2]", "{", "[" * 100_000, '"program"', "null", "\x00\x01", '{"a": NaN}']
-)
+@pytest.mark.parametrize("content", ["", "[1, 2]", "{", "[" * 100_000, '"program"', "null", "\x00\x01", '{"a": NaN}'])
 def test_what_is_no_program_is_refused(tmp_path: Path, content: str) -> None:
     path = tmp_path / "program.json"
     path.write_text(content)
@@ -209,8 +207,6 @@ def test_a_full_program_loads_within_a_second(tmp_path: Path) -> None:
 def test_any_pass_inside_the_limits_survives_a_round_trip(
     tmp_path_factory: pytest.TempPathFactory, points: list[tuple[float, float]], speed: float, load: float
 ) -> None:
-    one = Pass(
-        points_mm=tuple(points), speed_mm_s=(speed,) * (len(points) - 1), load_g=(load,), side="concave"
-    )
+    one = Pass(points_mm=tuple(points), speed_mm_s=(speed,) * (len(points) - 1), load_g=(load,), side="concave")
     path = save_program(program((one,)), tmp_path_factory.mktemp("round") / "program.json")
     assert load_program(path).layers[0].passes == (one,)
