@@ -1,6 +1,6 @@
 """The map from the target surface to the flat film."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,3 +21,5 @@ class Flattening:
     """Vertex indices, counter-clockwise seen from above, shape [m, 3], int."""
     film_mm: np.ndarray
     """The same vertices on the flat film [mm], shape [n, 2], float."""
+    notes: tuple[str, ...] = field(default=())
+    """Sentences that the user should see about how the surface was laid flat."""
