@@ -203,7 +203,7 @@ def triangle_energy(
     B = det3(b)
     m2 = m[2]
     w = wp.dot(m[0], a) - TWO * wp.dot(m[1], b) + (N * wp.dot(m2, b) - B * wp.dot(m2, a)) / D - rest.constant[t]
-    folded = False
+    folded = wp.bool(False)
     for p in range(rest.point_z.shape[1]):
         z = rest.point_z[t, p]
         r = D - z * N + z * z * B

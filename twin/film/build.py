@@ -1,0 +1,113 @@
+"""Turn a Program into a film: mesh the cut outline, paint the passes, average them over the triangles."""
+
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.calibration import Calibration
+from planner.errors import InputError
+from planner.program import Program
+from planner.target import mesh_outline
+from twin.film.film import Film
+from twin.film.raster import paint_passes
+
+BYTES_PER_TRIANGLE = 12_000
+"""Peak memory of kernels, sparse pattern and factorisation, measured at 20 000 triangles and rounded up."""
+SUBDIVISION = 4
+"""A triangle averages the raster over the centres of its SUBDIVISION^2 similar sub-triangles."""
+MESH_MM_ALLOWED = (0.05, 5.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilmOptions:
+    """How finely a film is meshed and how its passes are painted."""
+
+    mesh_mm: float = 0.6
+    """Edge length of the triangles [mm]."""
+    edge_blur_mm: float = 0.1
+    """Standard deviation of the blur at the edges of a scratched line [mm]; an assumption, not measured."""
+
+
+def build_film(program: Program, options: FilmOptions | None = None) -> Film:
+    """Return the film that a Program makes.
+
+    Raises:
+        InputError: if the mesh size is out of range, coarser than the film allows or too fine for the memory.
+    """
+    options = options or FilmOptions()
+    outline = np.asarray(program.cut.line_mm)
+    _check_mesh_size(outline, options.mesh_mm)
+    flat, triangles = mesh_outline(outline, options.mesh_mm)
+    calibration = Calibration(program.calibration)
+    points = _inner_points(flat[triangles])
+    q = np.stack(
+        [
+            paint_passes(
+                layer.passes,
+                calibration,
+                (outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0),
+                line_width_mm=program.film.line_width_mm,
+                edge_blur_mm=options.edge_blur_mm,
+            )
+            .sample(points)
+            .mean(axis=1)
+            for layer in program.layers
+        ]
+    )
+    return film_from_alignment(
+        flat, triangles, q, layer_thickness_mm=np.array([layer.thickness_mm for layer in program.layers])
+    )
+
+
+def film_from_alignment(
+    flat_mm: np.ndarray, triangles: np.ndarray, q: np.ndarray, *, layer_thickness_mm: np.ndarray
+) -> Film:
+    """Return a film from its alignment vectors q = e (cos 2 theta, sin 2 theta), shape [layers, m, 2]."""
+    return Film(
+        flat_mm=flat_mm,
+        triangles=triangles,
+        layer_thickness_mm=np.asarray(layer_thickness_mm, dtype=float),
+        director_rad=0.5 * np.arctan2(q[..., 1], q[..., 0]),
+        contraction=np.hypot(q[..., 0], q[..., 1]),
+        modulus_ratio=np.ones(len(q)),
+    )
+
+
+def _inner_points(corners: np.ndarray) -> np.ndarray:
+    """Return the centres of the SUBDIVISION^2 similar sub-triangles, shape [m, 3, 2] -> [m, points, 2]."""
+    n = SUBDIVISION
+    upright = [(3 * i + 1, 3 * j + 1) for i in range(n) for j in range(n - i)]
+    inverted = [(3 * i + 2, 3 * j + 2) for i in range(n - 1) for j in range(n - 1 - i)]
+    second, third = np.array(upright + inverted).T / (3.0 * n)
+    weights = np.stack((1.0 - second - third, second, third), axis=1)
+    return np.einsum("pk,mkd->mpd", weights, corners)
+
+
+def _check_mesh_size(outline: np.ndarray, mesh_mm: float) -> None:
+    low, high = MESH_MM_ALLOWED
+    if not low <= mesh_mm <= high:
+        raise InputError(f"mesh size: found {mesh_mm:g} mm, allowed are {low:g} to {high:g} mm; the default is 0.6 mm.")
+    x, y = outline.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    triangles = area / (np.sqrt(3.0) / 4.0 * mesh_mm**2)
+    if triangles < 8:
+        raise InputError(
+            f"mesh size: {mesh_mm:g} mm leaves about {triangles:.0f} triangles on a film of {area:.3g} mm2, "
+            f"at least 8 are needed; use --mesh-mm {np.sqrt(area / 20.0):.2g} or less."
+        )
+    needed, free = triangles * BYTES_PER_TRIANGLE, _free_memory()
+    if needed > free:
+        affordable = mesh_mm * np.sqrt(needed / free)
+        raise InputError(
+            f"mesh size: {mesh_mm:g} mm on a film of {area:.3g} mm2 means {triangles:.2g} triangles and about "
+            f"{needed / 1e9:.1f} GB of memory, free are {free / 1e9:.1f} GB; use --mesh-mm {affordable:.2f} or more."
+        )
+
+
+def _free_memory() -> float:
+    """Return the memory that can still be taken [bytes]; infinite where the system does not say."""
+    try:
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (ValueError, OSError, AttributeError):
+        return float("inf")

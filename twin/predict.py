@@ -1,0 +1,153 @@
+"""Predict the hot shape that a Program makes: film, heating from flat, top face."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from planner.errors import InputError
+from planner.program import Program
+from twin.equilibrium.newton import Newton
+from twin.equilibrium.pins import rigid_pins
+from twin.equilibrium.ramp import RampOptions, heat
+from twin.film import Film, FilmOptions, build_film
+from twin.material import Material
+from twin.shell.shell import Loads, Shell
+
+PLATE_PER_MM = 1.0
+"""Stiffness of the hot plate as a penalty over mu [1/mm]: the film's own weight sinks in by 0.06 micrometres."""
+TEMPERATURE_C_ALLOWED = (25.0, 200.0)
+
+Support = Literal["plate", "free"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PredictOptions:
+    """Settings of a prediction; the defaults are the paper's experiment."""
+
+    film: FilmOptions = field(default_factory=FilmOptions)
+    material: Material = field(default_factory=Material)
+    ramp: RampOptions = field(default_factory=RampOptions)
+    temperature_c: float = 150.0
+    """Temperature that the film is heated to [C]; uniform over the film."""
+    support: Support = "plate"
+    """`plate`: lying on the hot plate under its own weight; `free`: weightless, touching nothing."""
+    device: str = "auto"
+    seed: int = 0
+    """Seed of the small disturbance that the flat film starts with."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class HotShape:
+    """The film at each accepted temperature of the ramp, flat and cold first, and how well it is in balance."""
+
+    film: Film
+    temperature_c: np.ndarray
+    """Accepted temperatures [C], shape [k], ascending."""
+    vertices_mm: np.ndarray
+    """Mid-surface at each of them [mm], z = 0 on the plate, shape [k, n, 3]."""
+    top_mm: np.ndarray
+    """Top face at the last temperature, what a scanner sees [mm], shape [n, 3]."""
+    energy_mj: float
+    """Elastic energy plus that of weight and contact at the last temperature [mJ]."""
+    relative_residual: float
+    """Norm of the residual force over the norm of all element and load forces of the still-flat film."""
+    stable: bool
+    """Whether the Hessian is positive definite there."""
+    newton_iterations: int
+    device: str
+    wall_s: float
+
+    @property
+    def hot_mm(self) -> np.ndarray:
+        """Mid-surface at the last temperature [mm], shape [n, 3]."""
+        return self.vertices_mm[-1]
+
+
+def predict(
+    program: Program, options: PredictOptions | None = None, *, progress: Callable[[str, float], None] | None = None
+) -> HotShape:
+    """Mesh the Program's film, paint its passes, and heat it from flat.
+
+    Args:
+        program: what is done to the film; its passes are what is simulated, not the fields they came from.
+        options: settings.
+        progress: called with the stage's name and the share done, 0 to 1.
+
+    Raises:
+        InputError: if an option is out of range or the mesh does not fit the memory.
+        SolverError: if no equilibrium is found.
+    """
+    options = options or PredictOptions()
+    film = build_film(program, options.film)
+    return heat_film(film, options, progress=progress)
+
+
+def heat_film(
+    film: Film, options: PredictOptions | None = None, *, progress: Callable[[str, float], None] | None = None
+) -> HotShape:
+    """Heat a film from flat to the temperature of the options; arguments and errors as of `predict`."""
+    options = options or PredictOptions()
+    low, high = TEMPERATURE_C_ALLOWED
+    if not low <= options.temperature_c <= high:
+        raise InputError(
+            f"temperature: found {options.temperature_c:g} C, allowed are {low:g} to {high:g} C; the paper uses 150 C."
+        )
+    if options.support not in ("plate", "free"):
+        raise InputError(f"support: found {options.support!r}, allowed are plate and free; choose one of them.")
+    started = time.perf_counter()
+    material, on_plate = options.material, options.support == "plate"
+    loads = Loads()
+    if on_plate:
+        weight = material.weight_n_mm3 * film.thickness_mm / material.shear_modulus_mpa
+        loads = Loads(weight=weight, plate_per_mm=PLATE_PER_MM)
+    shell = Shell(film, loads=loads, device=options.device)
+    newton = Newton(shell, rigid_pins(film.flat_mm, on_plate=on_plate))
+    try:
+        states = heat(
+            newton,
+            float(material.activation(options.temperature_c)),
+            rng=np.random.default_rng(options.seed),
+            options=options.ramp,
+            progress=None if progress is None else lambda share: progress("heating", share),
+        )
+    finally:
+        newton.close()
+    last = states[-1].equilibrium
+    temperature = material.temperature_c(np.array([state.activation for state in states]))
+    temperature[-1] = options.temperature_c
+    return HotShape(
+        film=film,
+        temperature_c=temperature,
+        vertices_mm=np.stack([state.equilibrium.vertices_mm for state in states]),
+        top_mm=top_face(film, last.vertices_mm, shell.top_mm),
+        energy_mj=last.energy * material.shear_modulus_mpa,
+        relative_residual=last.relative_residual,
+        stable=last.stable,
+        newton_iterations=sum(state.equilibrium.iterations for state in states),
+        device=str(shell.device),
+        wall_s=time.perf_counter() - started,
+    )
+
+
+def top_face(film: Film, vertices_mm: np.ndarray, height_mm: np.ndarray) -> np.ndarray:
+    """Return the top face [mm], shape [n, 3]: the mid-surface moved along its normals.
+
+    Args:
+        film: the film.
+        vertices_mm: mid-surface [mm], shape [n, 3].
+        height_mm: height of the top face above the mid-surface for each triangle [mm], shape [m].
+    """
+    corners = vertices_mm[film.triangles]
+    area_normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = np.linalg.norm(area_normal, axis=1)
+    normal = np.zeros_like(vertices_mm)
+    height, weight = np.zeros(len(vertices_mm)), np.zeros(len(vertices_mm))
+    for corner in range(3):
+        np.add.at(normal, film.triangles[:, corner], area_normal)
+        np.add.at(height, film.triangles[:, corner], area * height_mm)
+        np.add.at(weight, film.triangles[:, corner], area)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return vertices_mm + (height / weight)[:, None] * normal
