@@ -36,7 +36,7 @@ def target_from_heights(
         InputError: The grid is malformed, constant, infinite, in pieces, or has holes.
 
     """
-    x, y, z = _checked_grid(name, x_mm, y_mm, z_mm)
+    x, y, z = check_grid(name, x_mm, y_mm, z_mm)
     spacing = (float(x[1] - x[0]), float(y[1] - y[0]))
     footprint = mend_footprint(np.isfinite(z), x, y, name=name)
     problems = list(footprint.problems)
@@ -77,7 +77,7 @@ def target_from_heights(
     )
 
 
-def _checked_grid(
+def check_grid(
     name: str, x_mm: np.ndarray, y_mm: np.ndarray, z_mm: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Check shapes, spacing and numbers of a grid, and turn its axes so that they ascend."""
