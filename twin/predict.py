@@ -9,12 +9,10 @@ import numpy as np
 
 from planner.errors import InputError
 from planner.program import Program
-from twin.equilibrium.newton import Newton
-from twin.equilibrium.pins import rigid_pins
-from twin.equilibrium.ramp import RampOptions, heat
+from twin.equilibrium import Newton, RampOptions, heat, rigid_pins
 from twin.film import Film, FilmOptions, build_film
 from twin.material import Material
-from twin.shell.shell import Loads, Shell
+from twin.shell import Loads, Shell
 
 PLATE_PER_MM = 1.0
 """Stiffness of the hot plate as a penalty over mu [1/mm]: the film's own weight sinks in by 0.06 micrometres."""

@@ -70,16 +70,12 @@ def heat(
     flat = np.column_stack((shell.film.flat_mm, np.zeros(shell.vertex_count)))
     shell.set_activation(activation)
     force_scale = shell.driving_force(flat)
-    x = flat.copy()
-    x[:, 2] = smooth_disturbance(shell.film.flat_mm, options.disturbance_mm, rng)
     shell.set_activation(0.0)
-    states = [
-        HeatedState(
-            activation=0.0,
-            equilibrium=newton.solve(x, force_scale=force_scale, tolerance=options.tolerance),
-        )
-    ]
-    x = states[0].equilibrium.vertices_mm + (x - flat)
+    cold = newton.solve(flat, force_scale=force_scale, tolerance=options.tolerance)
+    states = [HeatedState(activation=0.0, equilibrium=cold)]
+    x = cold.vertices_mm.copy()
+    x[:, 2] += smooth_disturbance(shell.film.flat_mm, options.disturbance_mm, rng)
+    x.flat[newton.pins] = cold.vertices_mm.flat[newton.pins]
     done, step, earlier = 0.0, options.first_step, None
     while done < 1.0:
         step = min(step, 1.0 - done)

@@ -1,1 +1,6 @@
 """The layered shell: energy, gradient and Hessian of a film's vertices, in Warp kernels."""
+
+from twin.shell.rest import RestState, rest_state
+from twin.shell.shell import Loads, Shell
+
+__all__ = ["Loads", "RestState", "Shell", "rest_state"]

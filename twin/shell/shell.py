@@ -36,11 +36,13 @@ class Shell:
     cut into one piece a core (the pieces write to separate places: results do not depend on their number).
     """
 
-    def __init__(self, film: Film, *, loads: Loads | None = None, device: str = "cpu") -> None:
+    def __init__(
+        self, film: Film, *, loads: Loads | None = None, device: str = "cpu", threads: int | None = None
+    ) -> None:
         self.film = film
         self.loads = loads or Loads()
         self.device = open_device(device)
-        self._workers = 1 if self.device.is_cuda else (cpu_count() or 1)
+        self._workers = 1 if self.device.is_cuda else (threads or cpu_count() or 1)
         self._pool = ThreadPoolExecutor(self._workers) if self._workers > 1 else None
         self.vertex_count = len(film.flat_mm)
         self.triangle_count = len(film.triangles)
@@ -127,7 +129,7 @@ class Shell:
         forces = np.einsum("tkij,ti->tkj", strain, stress)
         loads = abs(self.loads.weight) * float(np.linalg.norm(self.film.vertex_area_mm2))
         area = self.film.area_mm2
-        floor = 1e-8 * self.film.thickness_mm * float(np.sqrt(area.sum()))
+        floor = 1e-5 * self.film.thickness_mm * float(np.sqrt(area.sum()))
         return max(float(np.linalg.norm(forces)) + loads, floor)
 
     def _place(self, vertices_mm: np.ndarray) -> None:
