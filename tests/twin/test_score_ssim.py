@@ -43,9 +43,7 @@ def blob(rng, shape):
 def test_agrees_with_the_loop_by_loop_transcription(seed, window):
     rng = np.random.default_rng(seed)
     reference, sample = blob(rng, (24, 20)), blob(rng, (24, 20))
-    assert ssim_eq4(reference, sample, window) == pytest.approx(
-        literal_eq4(reference, sample, window), abs=1e-10
-    )
+    assert ssim_eq4(reference, sample, window) == pytest.approx(literal_eq4(reference, sample, window), abs=1e-10)
 
 
 def test_smooth_images_of_tiny_relief_agree_too():

@@ -15,8 +15,8 @@ def ssim_eq4(reference: np.ndarray, sample: np.ndarray, window: int = 9) -> floa
     """Mean structural similarity over all windows in which both images show some surface.
 
     SSIM(r, s) = (2 mu_r mu_s)(2 sigma_rs) / ((mu_r^2 + mu_s^2)(sigma_r^2 + sigma_s^2)) with uniform
-    windows, stride 1, population moments and no stabilising constants. A window counts where both images have a
-    non-zero pixel; 0/0 windows (both constant) are skipped. Source: Eq. 4 of the paper, section 2.4.
+    windows, stride 1, population moments and no stabilising constants. A window counts where both images
+    have a non-zero pixel; 0/0 windows (both constant) are skipped. Source: Eq. 4 of the paper, section 2.4.
 
     Args:
         reference: Grey image of the target, 0 = background, shape [h, w], float.
@@ -75,9 +75,7 @@ def ssim_gauss(reference: np.ndarray, sample: np.ndarray) -> float:
     return cast(float, similarity)
 
 
-def _windows(
-    reference: np.ndarray, sample: np.ndarray, window: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _windows(reference: np.ndarray, sample: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Eq. 4 of every window (NaN for 0/0) and its number of non-zero pixels in each image, each [h', w']."""
     reference, sample = np.asarray(reference, dtype=float), np.asarray(sample, dtype=float)
     if reference.shape != sample.shape or reference.ndim != 2 or min(reference.shape) < window:
@@ -97,7 +95,7 @@ def _windows(
 
 
 def _moments(image: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Mean, deviations from it and number of non-zero pixels of each window, [h', w'], [h', w', n, n], [h', w']."""
+    """Mean [h', w'], deviations from it [h', w', n, n] and number of non-zero pixels [h', w'] of each window."""
     views = np.lib.stride_tricks.sliding_window_view(image, (window, window))
     # Deviations from the window's own first pixel: exact zeros in a constant window, so that 0/0 is
     # recognised, and no cancellation of large squares as integral images would have.
