@@ -82,7 +82,11 @@ def _places(labels: np.ndarray, indices: list[int], areas: np.ndarray, x_mm: np.
     ranked = sorted(indices, key=lambda index: -areas[index - 1])
     centres = ndimage.center_of_mass(np.ones_like(labels), labels, ranked[:MOST_PLACES])
     texts = [
-        f"{areas[index - 1]:.3g} mm2 around x = {x_mm[round(col)]:.4g}, y = {y_mm[round(row)]:.4g} mm"
+        f"{areas[index - 1]:.3g} mm2 around x = {_at(x_mm, col):.4g}, y = {_at(y_mm, row):.4g} mm"
         for index, (row, col) in zip(ranked, centres, strict=False)
     ]
     return "; ".join(texts) + ("; ..." if len(ranked) > MOST_PLACES else "")
+
+
+def _at(axis_mm: np.ndarray, index: float) -> float:
+    return float(np.interp(index, np.arange(len(axis_mm)), axis_mm))

@@ -16,7 +16,7 @@ FLATTEST_MM = 0.01
 """Depth below which a surface counts as constant [mm]."""
 UNEVENNESS = 1e-3
 """Largest accepted deviation of a grid line from even spacing [cells]; float32 files stay below it."""
-CLEARANCE_CELLS = 1.0
+CLEARANCE_CELLS = 1.5
 """Distance to the outline within which nodes are neither dropped nor filled [cells]."""
 
 
@@ -56,7 +56,7 @@ def target_from_heights(
     outline = outlines[0]
     nodes = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     cells_inside = signed_distance(nodes, outline).reshape(z.shape) / max(spacing)
-    # Nodes within a cell of the outline keep what the source says, known or not: continuing the surface there
+    # Nodes near the outline keep what the source says, known or not: continuing the surface there
     # would move its lowest point.
     kept = (cells_inside > CLEARANCE_CELLS) | (footprint.inside & (cells_inside >= -CLEARANCE_CELLS))
     z = fill_heights(np.where(footprint.inside, z, np.nan), kept, spacing_mm=spacing)

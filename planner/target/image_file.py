@@ -61,7 +61,7 @@ def read_image(path: Path, *, size_mm: Size | None, depth_mm: float | None, name
 def _grey(path: Path, name: str) -> np.ndarray:
     """Read the pixels as grey values, fully transparent ones as background, shape [rows, columns], float."""
     try:
-        pixels = np.asarray(iio.imread(path))
+        pixels = np.asarray(iio.imread(path.read_bytes(), extension=path.suffix.lower()))
     except Exception as error:  # the readers behind imageio raise whatever they meet
         raise InputError(
             f"{name}: {path} cannot be read as an image ({type(error).__name__}: {error}); save it again as .png."

@@ -16,8 +16,8 @@ FEWEST_COLUMNS = 64
 """Fewest columns and rows; smaller surfaces get a finer grid."""
 SHEET_GAP_SHARE = 0.005
 """Sheets closer than this share of the size are one: a shell's own thickness is no overhang."""
-OPEN_SHARE = 0.02
-"""A mesh whose open edges are shorter than this share of its outline counts as closed."""
+OPEN_SHARE = 0.25
+"""A mesh whose open edges are shorter than this share of its outline counts as closed: scans have small holes."""
 HIDDEN_SHARE = 0.10
 """Largest share of the top surface that may hide other sheets; noses and brows of scans stay far below it."""
 NOTED_SHARE = 0.001

@@ -7,7 +7,7 @@ from scipy.spatial import KDTree
 from skimage.measure import find_contours
 
 OUTLINE_STEP_MM = 0.25
-"""Distance between neighbouring outline points [mm], less on small surfaces."""
+"""Distance between neighbouring outline points [mm], less on fine grids."""
 LOOSENESS_CELLS = 0.55
 """How far smoothing may move the outline [cells]: the half cell left unknown by the grid, and a little."""
 
@@ -97,8 +97,8 @@ def _unkink(loop: np.ndarray, cell: float, low: np.ndarray, high: np.ndarray) ->
         length = np.linalg.norm(moved, axis=1, keepdims=True)
         curve = raw + moved * np.minimum(1.0, LOOSENESS_CELLS * cell / np.maximum(length, 1e-300))
         curve = np.clip(curve, low, high)
-    perimeter = loop_length(curve)
-    return resample_loop(curve, max(64, round(perimeter / min(OUTLINE_STEP_MM, perimeter / 64))))
+    # Longer steps than a few cells would cut corners that the grid knows.
+    return resample_loop(curve, max(64, round(loop_length(curve) / min(OUTLINE_STEP_MM, 2.5 * cell))))
 
 
 def _step(axis_mm: np.ndarray) -> float:

@@ -7,7 +7,7 @@ from planner.errors import InputError
 from planner.target.surface import Surface
 from planner.target.target import Target
 
-BLOCK_SPACINGS = 5.0
+BLOCK_SPACINGS = 2.5
 """Width of the blocks of one pattern [spacings]: wide enough to waste little by rounding the counts up."""
 
 
@@ -62,7 +62,7 @@ def _block_stretch(
     dx, dy = surface.spacing_mm
     z = surface.extended_height(np.stack(np.meshgrid(target.x_mm, target.y_mm), axis=-1))
     along_x, along_y = np.hypot(np.diff(z, axis=1) / dx, 1.0), np.hypot(np.diff(z, axis=0) / dy, 1.0)
-    near = ndimage.binary_dilation(np.isfinite(target.z_mm), np.ones((3, 3)))
+    near = np.array(ndimage.binary_dilation(np.isfinite(target.z_mm), np.ones((3, 3))), dtype=bool)
     cell = near[:-1, :-1] & near[1:, :-1] & near[:-1, 1:] & near[1:, 1:]
     rows, columns = (-(-size // block) for size in cell.shape)
     padding = ((0, rows * block - cell.shape[0]), (0, columns * block - cell.shape[1]))

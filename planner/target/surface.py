@@ -67,7 +67,9 @@ class Surface:
     def _look_up(self, field: np.ndarray, xy_mm: np.ndarray) -> np.ndarray:
         """Interpolate a node field bilinearly; beyond the grid its border value holds."""
         index = (np.asarray(xy_mm, dtype=float) - self._origin) / self.spacing_mm
-        return ndimage.map_coordinates(field, (index[..., 1], index[..., 0]), order=1, mode="nearest")
+        row_column = index.reshape(-1, 2).T[::-1]
+        values = ndimage.map_coordinates(field, row_column, order=1, mode="nearest")
+        return np.asarray(values).reshape(index.shape[:-1])
 
     def _signed_clearance(self, outline_mm: np.ndarray) -> np.ndarray:
         """Signed distance of the nodes to the outline [mm], exact near it, cut off elsewhere."""
