@@ -18,8 +18,10 @@ SHEET_GAP_SHARE = 0.005
 """Sheets closer than this share of the size are one: a shell's own thickness is no overhang."""
 OPEN_SHARE = 0.25
 """A mesh whose open edges are shorter than this share of its outline counts as closed: scans have small holes."""
-HIDDEN_SHARE = 0.10
-"""Largest share of the top surface that may hide other sheets; noses and brows of scans stay far below it."""
+HIDDEN_SHARE_OPEN = 0.10
+"""Largest share of an open sheet that may hide other parts; noses and brows of scans stay far below it."""
+HIDDEN_SHARE_CLOSED = 0.30
+"""The same for a solid, whose top is clear anyhow: bodies stuck into each other hide parts without harm."""
 NOTED_SHARE = 0.001
 """Share of hidden sheets below which nothing is said: rounding on steep walls."""
 
@@ -101,7 +103,8 @@ def _hidden_sheets(
         return "", False
     rows, columns = np.nonzero(hidden)
     place = f"around x = {np.median(x[columns]):.4g}, y = {np.median(y[rows]):.4g} mm"
-    if share < HIDDEN_SHARE:
+    limit = HIDDEN_SHARE_CLOSED if closed else HIDDEN_SHARE_OPEN
+    if share < limit:
         return (
             f"{share:.1%} of the top surface overhangs, {place}; what lies under it was cut to steep walls.",
             False,
@@ -109,7 +112,7 @@ def _hidden_sheets(
     kind = "a closed solid" if closed else "an open sheet"
     return (
         f"{name}: the mesh, {kind}, overlaps itself along z: {share:.0%} of its top surface hides other parts, "
-        f"{place}; at most {HIDDEN_SHARE:.0%} may: turn it (--up), or keep only the part to be reproduced.",
+        f"{place}; at most {limit:.0%} may: turn it (--up), or keep only the part to be reproduced.",
         True,
     )
 

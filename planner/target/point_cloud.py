@@ -44,8 +44,11 @@ def read_xyz(path: Path, *, name: str) -> np.ndarray:
     Raises:
         InputError: A line does not hold three numbers.
     """
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise InputError(f"{name}: {path} cannot be read ({error.strerror}); check its permissions.") from error
     points = []
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
     for number, line in enumerate(lines, start=1):
         words = line.partition("#")[0].replace(",", " ").replace(";", " ").split()
         if not words:

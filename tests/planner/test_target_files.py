@@ -272,6 +272,14 @@ def test_two_bodies_side_by_side_are_two_pieces(tmp_path):
         load_target(tmp_path / "two.stl")
 
 
+def test_solids_that_hide_each_other_are_refused(tmp_path):
+    plates = [trimesh.creation.box((20, 20 - 10 * k, 1)) for k in range(2)]
+    plates[1].apply_translation([0, 0, 5])
+    trimesh.util.concatenate(plates).export(tmp_path / "plates.stl")
+    with pytest.raises(InputError, match="closed solid, overlaps itself along z: 5"):
+        load_target(tmp_path / "plates.stl")
+
+
 @pytest.mark.parametrize(("suffix", "kind"), [(".png", np.uint8), (".png", np.uint16), (".tif", np.uint16)])
 def test_images_are_upright_and_unstepped(tmp_path, target, suffix, kind):
     top = np.iinfo(kind).max
