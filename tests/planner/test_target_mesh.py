@@ -79,9 +79,9 @@ def test_a_clockwise_outline_gives_the_same_mesh_quality():
 
 
 def test_the_mesh_is_deterministic_and_fast():
-    began = time.perf_counter()
+    began = time.process_time()
     points, triangles = mesh_outline(oval(20, 30), 0.46)
-    assert time.perf_counter() - began < 5.0
+    assert time.process_time() - began < 5.0
     assert len(triangles) > 20_000
     again = mesh_outline(oval(20, 30), 0.46)
     assert np.array_equal(points, again[0])
