@@ -4,7 +4,9 @@ import os
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
+from planner.alignment import AlignmentField
 from planner.calibration import Calibration
 from planner.errors import InputError
 from planner.program import Program
@@ -16,6 +18,7 @@ BYTES_PER_TRIANGLE = 12_000
 """Peak memory of kernels, sparse pattern and factorisation, measured at 20 000 triangles and rounded up."""
 SUBDIVISION = 4
 """A triangle averages the raster over the centres of its SUBDIVISION^2 similar sub-triangles."""
+FIELD_REACH_MM = 0.3
 MESH_MM_ALLOWED = (0.05, 5.0)
 
 
@@ -111,3 +114,19 @@ def _free_memory() -> float:
         return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
     except (ValueError, OSError, AttributeError):
         return float("inf")
+
+
+def film_of_field(
+    field: AlignmentField, outline_mm: np.ndarray, mesh_mm: float, *, layer_thickness_mm: np.ndarray
+) -> Film:
+    """Return the film that would have learned an ideal field exactly, without passes: a bound, not a prediction.
+
+    Points of the outline farther than FIELD_REACH_MM from every point of the field are polydomain.
+    """
+    _check_mesh_size(outline_mm, mesh_mm)
+    flat, triangles = mesh_outline(outline_mm, mesh_mm)
+    points = _inner_points(flat[triangles])
+    distance, nearest = KDTree(field.points_mm).query(points, distance_upper_bound=FIELD_REACH_MM)
+    padded = np.concatenate((field.q, np.zeros((len(field.q), 1, 2))), axis=1)
+    q = padded[:, np.where(np.isfinite(distance), nearest, field.q.shape[1])].mean(axis=2)
+    return film_from_alignment(flat, triangles, q, layer_thickness_mm=layer_thickness_mm)

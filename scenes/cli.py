@@ -1,0 +1,176 @@
+"""The `lce` command: each subcommand is one call into `scenes.commands`.
+
+Heavy libraries are imported inside the commands, so that `lce --help` answers at once.
+"""
+
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, Parameter
+
+from planner.errors import LceError
+
+app = App(
+    name="lce",
+    help="Plan, predict and score morphing liquid crystal elastomer films before they are printed.",
+    version=lambda: version("lce-twin"),
+)
+
+Out = Annotated[Path, Parameter(help="Folder for the results; made if absent. Files appear whole or not at all.")]
+TargetText = Annotated[
+    str,
+    Parameter(
+        help="Built-in scene (see `lce scenes`), scene file (.toml), mesh (.stl .obj .ply .glb .off), point cloud "
+        "(.ply .xyz) or height map (.npz; .png .tif with --depth-mm)."
+    ),
+]
+SizeMm = Annotated[
+    str | None,
+    Parameter(help="Scale the target, evenly in x, y and z, to fit into this box, as 40x60 [mm]. Default: as it is."),
+]
+Up = Annotated[
+    Literal["+x", "-x", "+y", "-y", "+z", "-z"], Parameter(help="Axis of the file that points up, out of the plate.")
+]
+DepthMm = Annotated[float | None, Parameter(help="Height that white stands for in a grey image [mm].")]
+Support = Annotated[
+    Literal["plate", "free"],
+    Parameter(help="plate: lying on the hot plate under its own weight. free: weightless, touching nothing."),
+]
+Device = Annotated[
+    Literal["auto", "cpu", "cuda"], Parameter(help="Where the kernels run; auto takes a GPU if present.")
+]
+
+
+@app.command
+def demo(*, out: Out = Path("out/demo")) -> None:
+    """Plan and predict the built-in face, end to end, with pictures and a report."""
+    from scenes.commands import run_demo
+
+    run_demo(out)
+
+
+@app.command
+def scenes() -> None:
+    """List the built-in cases."""
+    from scenes.commands import list_scenes
+
+    list_scenes()
+
+
+@app.command
+def plan(
+    target: TargetText,
+    *,
+    out: Out,
+    method: Annotated[
+        Literal["perpendicular", "maximum"],
+        Parameter(help="Scratch across the local incline, or along the largest curvature (paper, section 2.2)."),
+    ] = "perpendicular",
+    size_mm: SizeMm = None,
+    up: Up = "+z",
+    depth_mm: DepthMm = None,
+    flattening: Annotated[
+        Literal["arap", "grid"], Parameter(help="As rigid as possible, or the paper's grid blocks (Fig. 5).")
+    ] = "arap",
+    calibration: Annotated[Path | None, Parameter(help="Calibration (.toml). Default: a placeholder.")] = None,
+    machine: Annotated[Path | None, Parameter(help="Machine (.toml). Default: the paper's.")] = None,
+    seed: Annotated[int, Parameter(help="Seed of the random starts of the passes.")] = 0,
+) -> None:
+    """Plan the passes for a target: writes program.json, plan.json, plan.png and the target."""
+    from scenes.commands import run_plan
+
+    run_plan(
+        target,
+        out,
+        method=method,
+        size_mm=size_mm,
+        up=up,
+        depth_mm=depth_mm,
+        flattening=flattening,
+        calibration=calibration,
+        machine=machine,
+        seed=seed,
+    )
+
+
+@app.command
+def predict(
+    program: Annotated[Path, Parameter(help="Program file, or a plan's folder.")],
+    *,
+    out: Out,
+    target: Annotated[str | None, Parameter(help="Score against this target. Default: the plan's own.")] = None,
+    mesh_mm: Annotated[float, Parameter(help="Edge length of the film's triangles [mm].")] = 0.6,
+    temperature_c: Annotated[float, Parameter(help="Temperature to heat to [C].")] = 150.0,
+    support: Support = "plate",
+    modulus_mpa: Annotated[float, Parameter(help="Young's modulus of the hot film [MPa].")] = 0.5,
+    scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
+    device: Device = "auto",
+    seed: Annotated[int, Parameter(help="Seed of the flat film's small disturbance and of the scanner's noise.")] = 0,
+) -> None:
+    """Predict the hot shape of a Program: writes result.json, shapes, pictures and report.html."""
+    from scenes.commands import run_predict
+
+    run_predict(
+        program,
+        out,
+        target=target,
+        mesh_mm=mesh_mm,
+        temperature_c=temperature_c,
+        support=support,
+        modulus_mpa=modulus_mpa,
+        scanner_noise=scanner_noise,
+        device=device,
+        seed=seed,
+    )
+
+
+@app.command
+def score(
+    scan: Annotated[Path, Parameter(help="Scan of a real film (.stl .ply .obj .xyz .npz) [mm].")],
+    *,
+    target: TargetText,
+    out: Out,
+    size_mm: SizeMm = None,
+    up: Up = "+z",
+    depth_mm: DepthMm = None,
+) -> None:
+    """Score a scan against a target: writes result.json and pictures."""
+    from scenes.commands import run_score
+
+    run_score(scan, out, target=target, size_mm=size_mm, up=up, depth_mm=depth_mm)
+
+
+@app.command
+def doctor() -> None:
+    """Say what was found on this machine: versions, devices, solver, kernel cache, display."""
+    from scenes.doctor import print_findings
+
+    print_findings()
+
+
+@app.command
+def schema() -> None:
+    """Print the JSON schema of program.json."""
+    import json
+
+    from planner.program import program_schema
+
+    sys.stdout.write(json.dumps(program_schema(), indent=2) + "\n")
+
+
+def main() -> None:
+    """Run the command line; exit code 0 done, 2 wrong input, 3 rig failed, 1 anything else."""
+    try:
+        app()
+    except LceError as error:
+        sys.stderr.write(f"lce: {error}\n")
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        sys.stderr.write("lce: interrupted; nothing was written.\n")
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
