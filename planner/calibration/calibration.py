@@ -1,13 +1,13 @@
 """(load, speed) <-> bending radius <-> contraction."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import RegularGridInterpolator
 
-from planner.calibration.wide_strip import contraction_for_radius, radius_for_contraction
+from planner.calibration.wide_strip import CONTRACTION_MAX, contraction_for_radius, radius_for_contraction
 from planner.program import CalibrationRecord, TableModel
 
 BISECTIONS = 40
@@ -84,6 +84,19 @@ class Calibration:
         off = given / radius - 1
         clamped = np.where(off > 1e-6, -1, np.where(off < -1e-6, 1, 0))
         return Settings(load_g=np.array(load), speed_mm_s=speed, radius_mm=given, clamped=clamped)
+
+    def strip_radius_mm(
+        self, radius_mm: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int]
+    ) -> np.ndarray:
+        """Return the radius to which settings bend the calibration strip when they bend another stack to `radius_mm`.
+
+        Both have the same contraction in their aligned layers. Radii tighter than any contraction gives are taken
+        as the tightest.
+        """
+        stack = (tuple(layer_thickness_mm), tuple(aligned))
+        tightest = radius_for_contraction(CONTRACTION_MAX, *stack)
+        reachable = np.maximum(np.abs(np.asarray(radius_mm, dtype=float)), tightest * (1 + 1e-9))
+        return radius_for_contraction(contraction_for_radius(reachable, *stack), *self._strip)
 
     def radius_range_mm(self, load_g: float) -> tuple[float, float]:
         """Return the tightest and the widest radius [mm] that speed alone reaches at one load."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import shapely
 
@@ -23,15 +24,16 @@ class Coverage:
         return 1 - self.aligned_mm2 / self.swept_mm2 if self.swept_mm2 else 0.0
 
 
-def swept_area(passes: Sequence[Pass], line_width_mm: float) -> shapely.Geometry:
+def swept_area(passes: Sequence[Pass], line_width_mm: float) -> shapely.Polygon | shapely.MultiPolygon:
     """Return the union of all passes, each as wide as the line, with round ends."""
     lines = [shapely.LineString(stroke.points_mm) for stroke in passes]
-    return shapely.union_all(shapely.buffer(lines, line_width_mm / 2, quad_segs=4))
+    union = shapely.union_all(shapely.buffer(lines, line_width_mm / 2, quad_segs=4))
+    return cast(shapely.Polygon | shapely.MultiPolygon, union)
 
 
 def coverage(passes: Sequence[Pass], line_width_mm: float) -> Coverage:
     """Measure the aligned area and the overlap of passes."""
     lines = [shapely.LineString(stroke.points_mm) for stroke in passes]
     areas = shapely.area(shapely.buffer(lines, line_width_mm / 2, quad_segs=4))
-    aligned = shapely.area(swept_area(passes, line_width_mm))
-    return Coverage(aligned_mm2=float(aligned), swept_mm2=float(areas.sum()))
+    aligned = swept_area(passes, line_width_mm).area
+    return Coverage(aligned_mm2=aligned, swept_mm2=float(areas.sum()))
