@@ -72,7 +72,7 @@ def ssim_gauss(reference: np.ndarray, sample: np.ndarray) -> float:
         sigma=1.5,
         use_sample_covariance=False,
     )
-    return cast(float, similarity)
+    return float(cast(float, similarity))
 
 
 def _windows(reference: np.ndarray, sample: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

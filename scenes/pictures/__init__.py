@@ -1,0 +1,9 @@
+"""Pictures: one file a picture, drawn without a display; everything into PNG files, units on every axis."""
+
+from scenes.pictures.depth_images import draw_depth_images
+from scenes.pictures.error_map import draw_error_map
+from scenes.pictures.hot_shape import draw_hot_shape
+from scenes.pictures.plan import draw_plan
+from scenes.pictures.target import draw_target
+
+__all__ = ["draw_depth_images", "draw_error_map", "draw_hot_shape", "draw_plan", "draw_target"]

@@ -1,0 +1,168 @@
+"""A surface in 3-D, seen as one looks at a face: from the front, a little from the side and below."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from scenes.pictures.graphics import renderer
+from scenes.pictures.whole_file import whole_file
+
+SIZE_PX = (1000, 1200)
+_VIEW_FROM = np.array([0.32, -0.26, 1.0])
+"""Direction from the surface to the viewer; +y stays up, and the viewer is far away (no perspective)."""
+_LIGHT_FROM = np.array([-0.62, 0.50, 0.60])
+"""Direction to the main light in the viewer's frame (right, up, towards the viewer): the upper left."""
+_SKIN = "#e6d5bf"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Colours:
+    """A number at each vertex, shown as colour."""
+
+    values: np.ndarray
+    """One value for each vertex, shape [n], float."""
+    label: str
+    """What they are, with the unit."""
+    low: float
+    high: float
+    colour_map: str
+
+
+def draw_relief(
+    path: str | Path,
+    vertices_mm: np.ndarray,
+    triangles: np.ndarray,
+    *,
+    title: str,
+    caption: str = "",
+    colours: Colours | None = None,
+) -> None:
+    """Draw a surface, lit from the upper left, into a PNG.
+
+    Args:
+        path: File to write, whole or not at all.
+        vertices_mm: Vertices [mm], z towards the viewer, y up, shape [n, 3], float.
+        triangles: Vertex indices, shape [m, 3], int.
+        title: Written above the surface.
+        caption: Written below it, under its size.
+        colours: Shown instead of one plain colour.
+    """
+    extent = np.ptp(vertices_mm[np.unique(triangles)], axis=0)
+    lines = f"{extent[0]:.1f} x {extent[1]:.1f} mm, {extent[2]:.1f} mm deep" + (f"\n{caption}" if caption else "")
+    if renderer() == "opengl":
+        image = _opengl_image(vertices_mm, triangles, colours)
+    else:
+        image = _relief_image(vertices_mm, triangles, colours)
+    _write(path, image, title, lines, colours)
+
+
+def _view() -> np.ndarray:
+    """Rows: the viewer's right, up and towards-the-viewer directions, shape [3, 3]."""
+    towards = _VIEW_FROM / np.linalg.norm(_VIEW_FROM)
+    right = np.cross([0.0, 1.0, 0.0], towards)
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(towards, right), towards])
+
+
+def _opengl_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours | None) -> np.ndarray:
+    """Draw with pyvista, off screen, shape [h, w, 3]."""
+    import pyvista
+
+    mesh = pyvista.PolyData.from_regular_faces(vertices, triangles)
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE_PX), lighting="none")
+    try:
+        plotter.background_color = pyvista.Color("white")
+        shared = {"smooth_shading": True, "specular": 0.04, "ambient": 0.10, "show_scalar_bar": False}
+        if colours is None:
+            plotter.add_mesh(mesh, color=_SKIN, **shared)
+        else:
+            plotter.add_mesh(
+                mesh, scalars=colours.values, cmap=colours.colour_map, clim=(colours.low, colours.high), **shared
+            )
+        right, up, towards = _view()
+        middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
+        for direction, intensity in ((_LIGHT_FROM, 0.82), (np.array([0.5, 0.0, 1.0]), 0.28)):
+            world = direction @ np.stack([right, up, towards])
+            light = pyvista.Light(position=tuple(middle + 1e3 * world), focal_point=tuple(middle))
+            light.positional, light.intensity = False, intensity
+            plotter.add_light(light)
+        plotter.camera.parallel_projection = True
+        plotter.camera_position = [tuple(middle + 200.0 * towards), tuple(middle), tuple(up)]
+        plotter.camera.parallel_scale = _half_height(vertices)
+        plotter.enable_anti_aliasing("ssaa")
+        return np.asarray(plotter.screenshot(None, return_img=True))
+    finally:
+        plotter.close()
+
+
+def _half_height(vertices: np.ndarray) -> float:
+    """Half the height of the picture [mm], so that the surface fits with a margin."""
+    seen = vertices @ _view().T
+    width, height = np.ptp(seen[:, 0]), np.ptp(seen[:, 1])
+    return 0.54 * float(max(height, width * SIZE_PX[1] / SIZE_PX[0]))
+
+
+def _relief_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours | None) -> np.ndarray:
+    """Draw by a z-buffer of the turned surface and the shade of its slopes, shape [h, w, 3]."""
+    import matplotlib
+    from matplotlib.colors import Normalize, to_rgb
+    from scipy.spatial import KDTree
+
+    from twin.scan import depth_image, pixel_centres
+
+    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
+    seen = (vertices - middle) @ _view().T
+    half = _half_height(vertices) * np.array([SIZE_PX[0] / SIZE_PX[1], 1.0])
+    centre = (seen[:, :2].min(axis=0) + seen[:, :2].max(axis=0)) / 2.0
+    bounds = centre - half, centre + half
+    depth = depth_image(seen, triangles, bounds, SIZE_PX)
+    surface = np.isfinite(depth)
+
+    # Smooth shading: the normals of the vertices, carried to the pixels by the three nearest vertices.
+    a, b, c = (seen[triangles[:, i]] for i in range(3))
+    facet = np.cross(b - a, c - a)
+    facet *= np.sign(facet[:, 2:])
+    normals = np.zeros_like(seen)
+    for corner in range(3):
+        np.add.at(normals, triangles[:, corner], facet)
+    used = np.unique(triangles)
+    xy = pixel_centres(bounds, SIZE_PX)[surface]
+    distance, nearest = KDTree(seen[used]).query(np.column_stack([xy, depth[surface]]), k=3)
+    weight = 1.0 / (np.asarray(distance) + 1e-6) ** 2
+    weight /= weight.sum(axis=1, keepdims=True)
+    corners = used[np.asarray(nearest)]
+    normal = np.einsum("ij,ijk->ik", weight, normals[corners])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    light = _LIGHT_FROM / np.linalg.norm(_LIGHT_FROM)
+    shade = 0.12 + 0.74 * np.clip(normal @ light, 0.0, 1.0) + 0.17 * normal[:, 2]
+    if colours is None:
+        base = np.array(to_rgb(_SKIN))
+    else:
+        values = np.einsum("ij,ij->i", weight, colours.values[corners])
+        base = matplotlib.colormaps[colours.colour_map](Normalize(colours.low, colours.high)(values))[:, :3]
+    image = np.ones((SIZE_PX[1], SIZE_PX[0], 3))
+    image[surface] = np.clip(base * shade[:, None], 0.0, 1.0)
+    return (255 * image).astype(np.uint8)
+
+
+def _write(path: str | Path, image: np.ndarray, title: str, lines: str, colours: Colours | None) -> None:
+    """Frame an image with its words and its colour bar."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7.0 if colours is None else 8.2, 9.4), dpi=130, facecolor="white")
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.02, 0.08, 0.96 if colours is None else 0.82, 0.85))
+    axes.imshow(image)
+    axes.set_axis_off()
+    figure.text(0.5, 0.955, title, ha="center", va="center", fontsize=15)
+    figure.text(0.5, 0.045, lines, ha="center", va="center", fontsize=12)
+    if colours is not None:
+        mappable = ScalarMappable(Normalize(colours.low, colours.high), colours.colour_map)
+        bar = figure.colorbar(mappable, cax=figure.add_axes((0.86, 0.20, 0.025, 0.60)))
+        bar.set_label(colours.label, fontsize=12)
+    with whole_file(path) as scratch:
+        figure.savefig(scratch)
