@@ -31,8 +31,7 @@ class PredictSettings(CasePart):
 
     mesh_mm: Positive = 0.6
     temperature_c: Annotated[float, Field(gt=0, le=300)] = 150.0
-    gravity: bool = True
-    plate: bool = True
+    support: Literal["plate", "free"] = "plate"
     seed: Annotated[int, Field(ge=0)] = 0
 
 

@@ -65,18 +65,24 @@ def plan(
     *,
     out: Out,
     method: Annotated[
-        Literal["perpendicular", "maximum"],
-        Parameter(help="Scratch across the local incline, or along the largest curvature (paper, section 2.2)."),
-    ] = "perpendicular",
+        Literal["perpendicular", "maximum"] | None,
+        Parameter(
+            help="Scratch across the local incline, or along the largest curvature (paper, section 2.2). "
+            "Default: the case's, else perpendicular."
+        ),
+    ] = None,
     size_mm: SizeMm = None,
     up: Up = "+z",
     depth_mm: DepthMm = None,
     flattening: Annotated[
-        Literal["arap", "grid"], Parameter(help="As rigid as possible, or the paper's grid blocks (Fig. 5).")
-    ] = "arap",
+        Literal["arap", "grid"] | None,
+        Parameter(help="As rigid as possible, or the paper's grid blocks (Fig. 5). Default: the case's, else arap."),
+    ] = None,
     calibration: Annotated[Path | None, Parameter(help="Calibration (.toml). Default: a placeholder.")] = None,
     machine: Annotated[Path | None, Parameter(help="Machine (.toml). Default: the paper's.")] = None,
-    seed: Annotated[int, Parameter(help="Seed of the random starts of the passes.")] = 0,
+    seed: Annotated[
+        int | None, Parameter(help="Seed of the random starts of the passes. Default: the case's, else 0.")
+    ] = None,
 ) -> None:
     """Plan the passes for a target: writes program.json, plan.json, plan.png and the target."""
     from scenes.commands import run_plan

@@ -10,24 +10,18 @@ PACKAGES = ("lce-twin", "warp-lang", "numpy", "scipy", "trimesh", "pyvista", "sc
 
 def findings() -> list[tuple[str, str]]:
     """Return (what, finding) pairs."""
-    import warp as wp
-
-    from scenes.pictures.rendering import can_render
+    from scenes.pictures.graphics import renderer
     from twin.equilibrium.linear import HAVE_PARDISO
-    from twin.shell.device import open_device
+    from twin.shell.device import describe_devices
 
-    device = open_device("auto")
-    solver = "MKL PARDISO" if HAVE_PARDISO else "SuperLU of scipy (about ten times slower)"
-    cuda = ", ".join(str(item.name) for item in wp.get_cuda_devices()) or "none"
+    pictures = {"opengl": "VTK, off-screen", "relief": "shaded reliefs (OpenGL does not work here)"}
     return [
         ("python", f"{platform.python_version()} on {platform.platform()}"),
         ("cores", str(os.cpu_count())),
         *((package, version(package)) for package in PACKAGES),
-        ("CUDA devices", cuda),
-        ("kernels run on", str(device)),
-        ("kernel cache", str(wp.config.kernel_cache_dir)),
-        ("sparse solver", solver),
-        ("3-D pictures", "VTK off-screen" if can_render() else "relief shading (no OpenGL library found)"),
+        *describe_devices(),
+        ("sparse solver", "MKL PARDISO" if HAVE_PARDISO else "SuperLU of scipy (about ten times slower)"),
+        ("3-D pictures", pictures[renderer()]),
     ]
 
 

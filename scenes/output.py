@@ -1,7 +1,6 @@
 """An output folder whose files appear whole or not at all."""
 
 import json
-import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -38,7 +37,7 @@ def output_folder(folder: Path) -> Iterator[Path]:
     try:
         yield scratch
         for path in sorted(scratch.iterdir()):
-            os.replace(path, folder / path.name)
+            path.replace(folder / path.name)
     except OSError as error:
         if error.errno is None:
             raise

@@ -25,8 +25,10 @@ class AlignmentField:
 def bending_field(
     curvature: CurvatureField, flattening: Flattening, calibration: Calibration, *, layer_count: int = 4
 ) -> AlignmentField:
-    """Return the ideal field of the paper's curvature plans: the lower half of the layers bends the convex points,
-    the upper half the concave ones, each by the contraction that gives its radius, clamped to the calibration's range.
+    """Return the ideal field of the paper's curvature plans.
+
+    The lower half of the layers bends the convex points, the upper half the concave ones, each by the contraction
+    that gives its radius, clamped to the calibration's range.
     """
     points = map_points(flattening, curvature.points_mm[:, :2])
     direction = map_directions(flattening, curvature.points_mm[:, :2], curvature.direction_rad)

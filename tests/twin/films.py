@@ -45,3 +45,20 @@ def random_film(rng: np.random.Generator, *, activation: float = 1.0, loads: Loa
     shell.set_activation(activation)
     state = np.column_stack((flat, 0.3 * np.sin(flat[:, 0]) * np.cos(flat[:, 1])))
     return shell, state + 0.03 * rng.normal(size=state.shape)
+
+
+def reference_shell(data, name: str) -> Shell:
+    """Fully activated shell of one of the reference films; those on the plate carry its loads."""
+    made = Film(
+        flat_mm=data["flat_mm"],
+        triangles=data["triangles"],
+        layer_thickness_mm=np.full(4, 0.2),
+        director_rad=data["director_rad"],
+        contraction=data["contraction"],
+        modulus_ratio=np.ones(4),
+    )
+    modulus_mpa = float(data["modulus_mpa"])
+    loads = Loads(weight=1.1772e-5 * 0.8 / (modulus_mpa / 3), plate_per_mm=1.0) if "plate" in name else None
+    shell = Shell(made, loads=loads, device="cpu")
+    shell.set_activation(1.0)
+    return shell

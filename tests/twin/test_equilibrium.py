@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from films import azimuthal, ellipse, film, rectangle
+from films import azimuthal, ellipse, film, rectangle, reference_shell
 from scipy.spatial.transform import Rotation
-from test_shell import reference_shell
 
 from planner.errors import SolverError
 from twin.equilibrium import Newton, NewtonOptions, RampOptions, heat, rigid_pins, sparse_solver

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from films import film, random_film, rectangle
+from films import film, random_film, rectangle, reference_shell
 from scipy.spatial.transform import Rotation
 
-from twin.film import Film
 from twin.shell import Loads, Shell
 from twin.shell.topology import stencils
 
@@ -119,19 +118,3 @@ def test_energy_and_gradient_agree_with_an_independent_program(shared_dir, name)
     scale = np.abs(data["gradient_perturbed"]).max()
     np.testing.assert_allclose(gradient, data["gradient_perturbed"], atol=1e-9 * scale)
     assert shell.energy(data["equilibrium_mm"]) == pytest.approx(float(data["energy_equilibrium"]), rel=1e-9)
-
-
-def reference_shell(data, name: str) -> Shell:
-    made = Film(
-        flat_mm=data["flat_mm"],
-        triangles=data["triangles"],
-        layer_thickness_mm=np.full(4, 0.2),
-        director_rad=data["director_rad"],
-        contraction=data["contraction"],
-        modulus_ratio=np.ones(4),
-    )
-    modulus_mpa = float(data["modulus_mpa"])
-    loads = Loads(weight=1.1772e-5 * 0.8 / (modulus_mpa / 3), plate_per_mm=1.0) if "plate" in name else None
-    shell = Shell(made, loads=loads, device="cpu")
-    shell.set_activation(1.0)
-    return shell

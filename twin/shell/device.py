@@ -33,6 +33,17 @@ def open_device(name: str) -> wp.Device:
     return device
 
 
+def describe_devices() -> list[tuple[str, str]]:
+    """Return (what, finding) pairs about the devices that kernels could run on and where they are cached."""
+    chosen = open_device("auto")
+    cuda = ", ".join(str(device.name) for device in wp.get_cuda_devices()) or "none"
+    return [
+        ("CUDA devices", cuda),
+        ("kernels run on", str(chosen)),
+        ("kernel cache", str(wp.config.kernel_cache_dir)),
+    ]
+
+
 @contextmanager
 def _no_driver_warning() -> Iterator[None]:
     """Silence the line that Warp's native code writes to stderr on every machine without an NVIDIA driver."""

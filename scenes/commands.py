@@ -1,0 +1,190 @@
+"""What the subcommands of `lce` do: compose the rooms, and tell the user what came out."""
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, Literal
+
+from planner.calibration import load_calibration
+from planner.errors import InputError
+from planner.plan import Plan
+from planner.program import PROGRAM_FILE, load_machine, load_program
+from planner.target import Target, load_target
+from scenes.case import PlanSettings, list_cases, load_case
+from scenes.output import output_folder, write_json
+from scenes.planning import TARGET_FILE, plan_into
+from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
+from scenes.progress import progress_bar
+from scenes.sources import open_source
+from twin.film import FilmOptions
+from twin.material import Material
+from twin.predict import PredictOptions
+from twin.scan import read_scan
+from twin.score import Score, score_surface
+
+
+def say(text: str) -> None:
+    """Write a line for the user to stdout."""
+    sys.stdout.write(text + "\n")
+
+
+def list_scenes() -> None:
+    """Print the built-in cases, one a line."""
+    for case in list_cases():
+        say(f"{case.name:<16} {case.description}")
+
+
+def run_plan(
+    target: str,
+    out: Path,
+    *,
+    method: Literal["perpendicular", "maximum"] | None,
+    size_mm: str | None,
+    up: str,
+    depth_mm: float | None,
+    flattening: Literal["arap", "grid"] | None,
+    calibration: Path | None,
+    machine: Path | None,
+    seed: int | None,
+) -> None:
+    """Plan a target into a folder; what the user leaves open comes from the case, or is the default."""
+    surface, case = open_source(target, size_mm=size_mm, up=up, depth_mm=depth_mm)
+    settings = case.plan if case else PlanSettings()
+    with progress_bar() as progress:
+        made = plan_into(
+            out,
+            surface,
+            method=method or settings.method,
+            flattening=flattening or settings.flattening,
+            calibration=load_calibration(calibration),
+            machine=load_machine(machine),
+            margin_mm=settings.margin_mm,
+            seed=settings.seed if seed is None else seed,
+            progress=progress,
+        )
+    _tell_plan(made)
+    say(f"plan written to {out}")
+
+
+def run_predict(
+    program: Path,
+    out: Path,
+    *,
+    target: str | None,
+    mesh_mm: float,
+    temperature_c: float,
+    support: Literal["plate", "free"],
+    modulus_mpa: float,
+    scanner_noise: bool,
+    device: str,
+    seed: int,
+) -> None:
+    """Predict a Program into a folder and score it against its plan's target, or another."""
+    loaded = load_program(program)
+    options = PredictOptions(
+        film=FilmOptions(mesh_mm=mesh_mm),
+        material=Material(modulus_mpa=modulus_mpa),
+        temperature_c=temperature_c,
+        support=support,
+        device=device,
+        seed=seed,
+    )
+    surface = open_source(target)[0] if target else _plans_target(program, loaded.inputs.target_sha256)
+    with progress_bar() as progress:
+        made = predict_into(out, loaded, surface, options, scanner_noise=scanner_noise, progress=progress)
+    _tell_prediction(made)
+    say(f"results written to {out}, start with {out / 'report.html'}")
+
+
+def run_score(scan: Path, out: Path, *, target: str, size_mm: str | None, up: str, depth_mm: float | None) -> None:
+    """Score a scan file against a target into a folder."""
+    surface = open_source(target, size_mm=size_mm, up=up, depth_mm=depth_mm)[0]
+    seen = read_scan(scan)
+    with output_folder(out) as scratch:
+        scored = score_surface(seen.vertices_mm, seen.triangles, surface, coarse=True)
+        write_score_files(scratch, surface, scored)
+        result = {
+            **asdict(scored.score),
+            "scan": scan.name,
+            "target_name": surface.name,
+            "target_digest": surface.digest,
+            "registration_residual_mm": scored.transform.residual_mm,
+            "notes": [*surface.notes, *seen.notes],
+        }
+        write_json(scratch / "result.json", result)
+    _tell_score(scored.score)
+    say(f"score written to {out}")
+
+
+def run_demo(out: Path) -> None:
+    """Plan and predict the built-in face."""
+    case = load_case("face")
+    target = case.make_target()
+    with progress_bar() as progress:
+        made = plan_into(
+            out,
+            target,
+            method=case.plan.method,
+            flattening=case.plan.flattening,
+            margin_mm=case.plan.margin_mm,
+            seed=case.plan.seed,
+            progress=progress,
+        )
+        options = PredictOptions(
+            film=FilmOptions(mesh_mm=case.predict.mesh_mm),
+            temperature_c=case.predict.temperature_c,
+            support=case.predict.support,
+            seed=case.predict.seed,
+        )
+        predicted = predict_into(out, made.program, target, options, progress=progress)
+    _tell_plan(made)
+    _tell_prediction(predicted)
+    say(f"pictures, {out / 'result.json'} and the rest are in {out}, start with {out / 'report.html'}")
+
+
+def _plans_target(program: Path, digest: str | None) -> Target | None:
+    """Return the target kept beside a plan's Program, None if there is none.
+
+    Raises:
+        InputError: if it is not the surface that the Program was planned for.
+    """
+    path = (program if program.is_dir() else program.parent) / TARGET_FILE
+    if not path.is_file():
+        return None
+    target = load_target(path)
+    if digest is not None and target.digest != digest:
+        raise InputError(
+            f"{path}: has the digest {target.digest[:19]}..., but {PROGRAM_FILE} was planned for {digest[:19]}...; "
+            "plan again, or name the target to score against with --target."
+        )
+    return target
+
+
+def _tell_plan(made: Plan) -> None:
+    for note in made.notes:
+        say(f"note: {note}")
+    for problem in made.problems:
+        say(f"{problem.severity}: {problem.where}: {problem.message}")
+    for layer, time in zip(made.program.layers, made.layer_times, strict=True):
+        if layer.passes:
+            length = sum(stroke.length_mm for stroke in layer.passes)
+            say(f"layer {layer.index + 1}: {len(layer.passes)} passes, {length:.0f} mm, {time.total_s / 60:.0f} min")
+    say(
+        f"clamped: {made.clamped_tight_share:.0%} of the points bend tighter than the calibration reaches, "
+        f"{made.clamped_wide_share:.0%} wider (the paper's face: 3 % and 41 %)"
+    )
+
+
+def _tell_prediction(made: Prediction) -> None:
+    for warning in made.result["warnings"]:
+        say(f"warning: {warning}")
+    if made.scored is None:
+        say("no target: the shape was not scored")
+    else:
+        _tell_score(made.scored.score)
+
+
+def _tell_score(score: Score) -> None:
+    numbers: dict[str, Any] = asdict(score)
+    say(f"SSIM (Eq. 4) {score.ssim_eq4:.3f}; the paper's best face: {PAPER_SSIM:.3f}")
+    say(", ".join(f"{name} {value:.3f}" for name, value in numbers.items() if name != "ssim_eq4"))

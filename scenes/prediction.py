@@ -1,0 +1,174 @@
+"""Predict a Program into a folder: result.json, shapes, pictures, report."""
+
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from planner.program import Program
+from planner.target import Target
+from scenes.output import output_folder, write_json
+from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_target
+from scenes.report import write_report
+from twin.predict import HotShape, PredictOptions, predict
+from twin.scan import Scan, Scanner, pixel_centres
+from twin.score import Scored, score_surface
+
+PAPER_SSIM = 0.845
+"""What the paper's best face reached by Eq. 4 (section 2.4)."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prediction:
+    """A predicted shape and, where there was a target, its score."""
+
+    shape: HotShape
+    scored: Scored | None
+    result: dict[str, Any]
+    """The content of result.json."""
+
+
+def predict_into(
+    folder: Path,
+    program: Program,
+    target: Target | None,
+    options: PredictOptions,
+    *,
+    scanner_noise: bool = False,
+    progress: Callable[[str, float], None] | None = None,
+) -> Prediction:
+    """Predict `program`, score it against `target` if there is one, and write everything into `folder`.
+
+    Files: result.json, shape.ply (hot top face, in the target's frame where there is one), heating.npz (all accepted
+    temperatures), scan.npz (depth images; can itself be scored again), pictures, report.html.
+
+    Args:
+        folder: where to write.
+        program: what to predict.
+        target: what to score against, or None.
+        options: settings of the twin.
+        scanner_noise: see the shape through the model of a phone's depth camera.
+        progress: called with the stage's name and the share done, 0 to 1.
+
+    Raises:
+        InputError: for wrong options, or if the folder cannot be written.
+        SolverError: if no equilibrium is found.
+    """
+    started = time.perf_counter()
+    report = progress or (lambda stage, share: None)
+    with output_folder(folder) as scratch:
+        shape = predict(program, options, progress=progress)
+        seen = Scan(vertices_mm=shape.top_mm, triangles=shape.film.triangles)
+        if scanner_noise:
+            seen = Scanner().scan(shape.top_mm, shape.film.triangles, np.random.default_rng(options.seed))
+        report("scoring", 0.0)
+        scored = None if target is None else score_surface(seen.vertices_mm, seen.triangles, target)
+        report("scoring", 1.0)
+        report("pictures", 0.0)
+        triangles = shape.film.triangles
+        surface = shape.top_mm if scored is None else scored.transform.apply(shape.top_mm)
+        trimesh.Trimesh(surface, triangles, process=False).export(scratch / "shape.ply")
+        np.savez_compressed(
+            scratch / "heating.npz",
+            temperature_c=shape.temperature_c,
+            vertices_mm=shape.vertices_mm,
+            triangles=triangles,
+            flat_mm=shape.film.flat_mm,
+        )
+        caption = f"{options.temperature_c:g} C, {'on the hot plate' if options.support == 'plate' else 'weightless'}"
+        draw_hot_shape(scratch / "hot_shape.png", surface, triangles, caption=caption)
+        draw_plan(scratch / "plan.png", program)
+        if target is not None and scored is not None:
+            draw_target(scratch / "target.png", target)
+            write_score_files(scratch, target, scored)
+        report("pictures", 1.0)
+        wall_s = time.perf_counter() - started
+        result = _result(program, target, options, shape, scored, scanner_noise=scanner_noise, wall_s=wall_s)
+        write_json(scratch / "result.json", result)
+        write_report(scratch, result)
+    return Prediction(shape=shape, scored=scored, result=result)
+
+
+def write_score_files(folder: Path, target: Target, scored: Scored) -> None:
+    """Write what belongs to a score: the depth images as scan.npz and as a picture, and the error map."""
+    centres = pixel_centres(target.bounds_mm)
+    # rows of an image run from the top, a height map's from the bottom: flipped, the file can be scored as a scan
+    np.savez_compressed(
+        folder / "scan.npz",
+        x_mm=centres[0, :, 0],
+        y_mm=centres[::-1, 0, 1],
+        z_mm=scored.shape_depth_mm[::-1],
+        target_z_mm=scored.target_depth_mm[::-1],
+        ssim_map=scored.ssim_map[::-1],
+    )
+    draw_depth_images(
+        folder / "depth_images.png",
+        target,
+        scored.target_depth_mm,
+        scored.shape_depth_mm,
+        scored.ssim_map,
+        scored.score,
+    )
+    draw_error_map(
+        folder / "error_map.png",
+        scored.vertices_mm,
+        scored.triangles,
+        scored.error_mm,
+        rms_mm=scored.score.rms_mm,
+        hausdorff_mm=scored.score.hausdorff_mm,
+    )
+
+
+def _result(
+    program: Program,
+    target: Target | None,
+    options: PredictOptions,
+    shape: HotShape,
+    scored: Scored | None,
+    *,
+    scanner_noise: bool,
+    wall_s: float,
+) -> dict[str, Any]:
+    record = program.calibration
+    warnings = []
+    if record.placeholder:
+        warnings.append(
+            f"Calibration '{record.name}' is a placeholder: loads and speeds are not measured, so this predicts what "
+            "an ideal machine with the published range would make."
+        )
+    if not shape.stable:
+        warnings.append("The equilibrium is not stable: another shape with less energy lies nearby.")
+    return {
+        **({} if scored is None else asdict(scored.score)),
+        "paper_ssim": PAPER_SSIM,
+        "name": program.name,
+        "method": program.inputs.method,
+        "triangle_count": len(shape.film.triangles),
+        "newton_iterations": shape.newton_iterations,
+        "accepted_temperatures_c": shape.temperature_c,
+        "wall_s": wall_s,
+        "heating_wall_s": shape.wall_s,
+        "device": shape.device,
+        "seed": options.seed,
+        "equilibrium": {
+            "relative_residual": shape.relative_residual,
+            "energy_mj": shape.energy_mj,
+            "stable": shape.stable,
+        },
+        "temperature_c": options.temperature_c,
+        "temperature_field": "uniform",
+        "support": options.support,
+        "scanner_noise": scanner_noise,
+        "settings": asdict(replace(options, device=shape.device)),
+        "calibration": {"name": record.name, "placeholder": record.placeholder},
+        "program_digest": program.digest,
+        "target_digest": None if target is None else target.digest,
+        "target_name": None if target is None else target.name,
+        "warnings": warnings,
+        "version": version("lce-twin"),
+    }

@@ -1,0 +1,101 @@
+"""The report of a prediction: one self-contained page that opens offline, the verdict first."""
+
+import base64
+from html import escape
+from pathlib import Path
+from typing import Any
+
+PICTURES = (
+    ("hot_shape.png", "The predicted hot shape"),
+    ("target.png", "The target"),
+    ("depth_images.png", "Depth images, same scale, and where they agree"),
+    ("error_map.png", "Distance from the target"),
+    ("plan.png", "What is scratched into the layers"),
+)
+
+STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #1c2430; }
+h1 { font-size: 1.5rem; margin-bottom: .2rem } h2 { font-size: 1.1rem; margin-top: 2rem }
+.verdict { font-size: 2.6rem; font-weight: 600; margin: .4rem 0 0 } .paper { color: #5a6675; margin: 0 0 1rem }
+.warning { background: #fff3d6; border-left: 4px solid #d99a00; padding: .5rem .8rem; margin: .4rem 0 }
+figure { margin: 1.2rem 0 } img { max-width: 100%; height: auto } figcaption { color: #5a6675; font-size: .9rem }
+table { border-collapse: collapse } td { padding: .15rem 1rem .15rem 0; vertical-align: top }
+td + td { font-family: ui-monospace, monospace }
+@media print { figure { break-inside: avoid } }
+"""
+
+SCORES = (
+    ("ssim_eq4", "structural similarity, Eq. 4 of the paper, same scale", ".3f"),
+    ("ssim_eq4_own_scale", "the same, each image in its own scale (hides height errors)", ".3f"),
+    ("ssim_eq4_inside", "the same, windows wholly inside both outlines", ".3f"),
+    ("ssim_gauss", "structural similarity, Gaussian windows with constants", ".3f"),
+    ("rms_mm", "root mean square distance [mm]", ".2f"),
+    ("rms_percent_of_diagonal", "the same in percent of the diagonal", ".2f"),
+    ("hausdorff_mm", "largest distance [mm]", ".2f"),
+    ("depth_mm", "depth of the shape [mm]", ".1f"),
+    ("target_depth_mm", "depth of the target [mm]", ".1f"),
+)
+
+
+def write_report(folder: Path, result: dict[str, Any]) -> None:
+    """Write report.html into `folder` from the content of result.json and the pictures that lie there."""
+    parts = [f"<h1>{escape(result['name'])}: predicted at {result['temperature_c']:g} C</h1>"]
+    if "ssim_eq4" in result:
+        parts.append(
+            f"<p class=verdict>SSIM {100 * result['ssim_eq4']:.1f} % &middot; RMS {result['rms_mm']:.2f} mm</p>"
+        )
+        parts.append(
+            f"<p class=paper>The paper's best printed face reached {100 * result['paper_ssim']:.1f} % by the same "
+            "equation. This is a simulation; its score is comparable only as far as the calibration is.</p>"
+        )
+    else:
+        parts.append("<p class=verdict>No target: the shape was not scored</p>")
+    parts += [f"<p class=warning>{escape(text)}</p>" for text in result["warnings"]]
+    parts += [_figure(folder / name, caption) for name, caption in PICTURES if (folder / name).is_file()]
+    parts.append("<h2>Scores</h2>")
+    parts.append(_table((label, format(result[key], form)) for key, label, form in SCORES if key in result))
+    parts.append("<h2>How it was calculated</h2>")
+    parts.append(_table(_facts(result)))
+    page = f"<!doctype html><html lang=en><meta charset=utf-8><title>{escape(result['name'])}</title>"
+    page += (
+        f"<meta name=viewport content='width=device-width'><style>{STYLE}</style><body>{''.join(parts)}</body></html>"
+    )
+    (folder / "report.html").write_text(page, encoding="utf-8")
+
+
+def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
+    equilibrium, material = result["equilibrium"], result["settings"]["material"]
+    placeholder = " (placeholder, not measured)" if result["calibration"]["placeholder"] else ""
+    return [
+        ("method", str(result["method"])),
+        ("calibration", result["calibration"]["name"] + placeholder),
+        ("support", "hot plate, own weight" if result["support"] == "plate" else "weightless, free"),
+        ("temperature field", result["temperature_field"]),
+        ("modulus, density", f"{material['modulus_mpa']:g} MPa, {material['density_kg_m3']:g} kg/m3"),
+        ("mesh", f"{result['settings']['film']['mesh_mm']:g} mm, {result['triangle_count']} triangles"),
+        (
+            "heating",
+            f"{len(result['accepted_temperatures_c'])} temperatures, {result['newton_iterations']} Newton steps",
+        ),
+        (
+            "relative residual",
+            f"{equilibrium['relative_residual']:.1e}, {'' if equilibrium['stable'] else 'not '}stable",
+        ),
+        ("time, device, seed", f"{result['wall_s']:.0f} s on {result['device']}, seed {result['seed']}"),
+        ("Program", result["program_digest"]),
+        ("target", f"{result['target_name']}, {result['target_digest']}"),
+        ("lce-twin", result["version"]),
+    ]
+
+
+def _table(rows: Any) -> str:
+    cells = "".join(f"<tr><td>{escape(left)}</td><td>{escape(right)}</td></tr>" for left, right in rows)
+    return f"<table>{cells}</table>"
+
+
+def _figure(path: Path, caption: str) -> str:
+    image = base64.b64encode(path.read_bytes()).decode("ascii")
+    return (
+        f"<figure><img alt='{escape(caption)}' src='data:image/png;base64,{image}'>"
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )

@@ -1,0 +1,57 @@
+"""What a user may call a target on the command line: a built-in case, a case file, or a surface in a file."""
+
+import re
+from pathlib import Path
+
+from planner.errors import InputError
+from planner.target import TARGET_SUFFIXES, Target, load_target
+from scenes.case import Case, load_case
+
+
+def open_source(
+    text: str, *, size_mm: str | None = None, up: str = "+z", depth_mm: float | None = None
+) -> tuple[Target, Case | None]:
+    """Return the target that `text` names, and the case that it belongs to, if any.
+
+    Args:
+        text: name of a built-in case, a case file (.toml), or a surface file.
+        size_mm: box to scale a file's surface into, as `40x60` [mm].
+        up: axis of the file that points up.
+        depth_mm: height that white stands for in a grey image [mm].
+
+    Raises:
+        InputError: if there is no such target, or an option does not fit it.
+    """
+    path = Path(text)
+    if path.suffix.lower() in TARGET_SUFFIXES or path.is_dir():
+        return load_target(path, size_mm=parse_size(size_mm), up=up, depth_mm=depth_mm), None
+    if path.suffix and path.suffix != ".toml":
+        allowed = ", ".join((*TARGET_SUFFIXES, ".toml"))
+        raise InputError(f"target: {text} ends in {path.suffix!r}, allowed are {allowed}, or a scene of `lce scenes`.")
+    case = load_case(text)
+    given = {"--size-mm": size_mm, "--depth-mm": depth_mm, "--up": None if up == "+z" else up}
+    wrong = [f"{flag} {value}" for flag, value in given.items() if value is not None]
+    if wrong:
+        raise InputError(
+            f"target: {', '.join(wrong)} is for surface files, but {text} is a case with its own size; "
+            "leave it out, or copy the case's file and change its [target] table."
+        )
+    return case.make_target(), case
+
+
+def parse_size(text: str | None) -> tuple[float, float] | None:
+    """Return (width, height) of a box written as `40x60` [mm].
+
+    Raises:
+        InputError: if it is written otherwise.
+    """
+    if text is None:
+        return None
+    match = re.fullmatch(r"\s*([0-9.]+)\s*[xX*]\s*([0-9.]+)\s*(mm)?\s*", text)
+    try:
+        width, height = (float(part) for part in match.group(1, 2)) if match else (0.0, 0.0)
+    except ValueError:
+        width, height = 0.0, 0.0
+    if width <= 0.0 or height <= 0.0:
+        raise InputError(f"--size-mm: found {text!r}, allowed is width x height in mm; write for example 40x60.")
+    return width, height
