@@ -14,9 +14,10 @@ Plane = Literal["vertical", "normal"]
 SMOOTHING_MM = 0.5
 """Width (standard deviation) of the window in which the incline is measured [mm].
 
-The window's +-2 widths span the 2 mm that one arm of the circumcircle spans, and it is about as wide as the 0.8 mm
-line that follows the direction: finer changes of the incline (scan noise, hair) could not be scratched, wider windows
-(1 mm and more) begin to turn the directions at the ridge and the wings of a 40 mm face's nose.
+The window's +-2 widths span the 2 mm of one arm of the circle, and it is about as wide as the 0.8 mm line that follows
+the direction: finer changes cannot be scratched. On rough terrain it halves the share of places where the direction
+turns by more than 30 degrees within one line width (0.32 to 0.16, against 0.25 mm); on a smooth face it turns 3 % of
+the directions by more than 15 degrees, where 1 mm would turn 10 %, most of them at the nose.
 """
 
 
@@ -30,11 +31,15 @@ class CurvatureProbe:
     - `normal`: the surface's normal curvature in that direction, the circle's times the cosine of the angle between
       the vertical plane and the surface normal (Meusnier's theorem). They differ on inclines: on a sphere of radius R
       at incline a, along the contour, the circle has the radius R cos(a), the surface R.
+
+    The paper does not name its plane. Its own face had 3 % of the points sharper than 1.8 mm and 41 % flatter than
+    14.4 mm; a mean face of the same size, sampled alike, has 4 % and 47 % with `vertical`, 0.1 % and 57 % with
+    `normal`.
     """
 
     def __init__(self, target: Target, *, neighbour_mm: float, plane: Plane) -> None:
         self.surface = Surface(target)
-        self.height = continued_height(target)
+        self.height = continued_height(target, self.surface)
         self._neighbour_mm = neighbour_mm
         self._plane: Plane = plane
 
