@@ -6,16 +6,18 @@ Heavy libraries are imported inside the commands, so that `lce --help` answers a
 import sys
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NoReturn
 
-from cyclopts import App, Parameter
+from cyclopts import App, CycloptsError, Parameter
+from cyclopts.validators import Number
 
-from planner.errors import LceError
+from planner.errors import InputError, LceError
 
 app = App(
     name="lce",
     help="Plan, predict and score morphing liquid crystal elastomer films before they are printed.",
     version=lambda: version("lce-twin"),
+    suppress_keyboard_interrupt=False,
 )
 
 Out = Annotated[Path, Parameter(help="Folder for the results; made if absent. Files appear whole or not at all.")]
@@ -81,7 +83,10 @@ def plan(
     calibration: Annotated[Path | None, Parameter(help="Calibration (.toml). Default: a placeholder.")] = None,
     machine: Annotated[Path | None, Parameter(help="Machine (.toml). Default: the paper's.")] = None,
     seed: Annotated[
-        int | None, Parameter(help="Seed of the random starts of the passes. Default: the case's, else 0.")
+        int | None,
+        Parameter(
+            help="Seed of the random starts of the passes. Default: the case's, else 0.", validator=Number(gte=0)
+        ),
     ] = None,
 ) -> None:
     """Plan the passes for a target: writes program.json, plan.json, plan.png and the target."""
@@ -110,10 +115,18 @@ def predict(
     mesh_mm: Annotated[float, Parameter(help="Edge length of the film's triangles [mm].")] = 0.6,
     temperature_c: Annotated[float, Parameter(help="Temperature to heat to [C].")] = 150.0,
     support: Support = "plate",
-    modulus_mpa: Annotated[float, Parameter(help="Young's modulus of the hot film [MPa].")] = 0.5,
+    modulus_mpa: Annotated[
+        float,
+        Parameter(help="Young's modulus of the hot film, 0.01 to 100 [MPa].", validator=Number(gte=0.01, lte=100)),
+    ] = 0.5,
     scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
     device: Device = "auto",
-    seed: Annotated[int, Parameter(help="Seed of the flat film's small disturbance and of the scanner's noise.")] = 0,
+    seed: Annotated[
+        int,
+        Parameter(
+            help="Seed of the flat film's small disturbance and of the scanner's noise.", validator=Number(gte=0)
+        ),
+    ] = 0,
 ) -> None:
     """Predict the hot shape of a Program: writes result.json, shapes, pictures and report.html."""
     from scenes.commands import run_predict
@@ -169,13 +182,22 @@ def schema() -> None:
 def main() -> None:
     """Run the command line; exit code 0 done, 2 wrong input, 3 rig failed, 1 anything else."""
     try:
-        app()
+        app(exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        command = " ".join(("lce", *(error.command_chain or ())))
+        _fail(f"{str(error).rstrip('.')}; see `{command} --help`.", exit_code=InputError.exit_code)
+    except InputError as error:
+        _fail(*error.problems, exit_code=error.exit_code)
     except LceError as error:
-        sys.stderr.write(f"lce: {error}\n")
-        sys.exit(error.exit_code)
+        _fail(str(error), exit_code=error.exit_code)
     except KeyboardInterrupt:
-        sys.stderr.write("lce: interrupted; nothing was written.\n")
-        sys.exit(130)
+        _fail("interrupted; nothing was written.", exit_code=130)
+
+
+def _fail(*problems: str, exit_code: int) -> NoReturn:
+    """Write one line for each problem to stderr, and leave."""
+    sys.stderr.writelines(f"lce: {problem}\n" for problem in problems)
+    sys.exit(exit_code)
 
 
 if __name__ == "__main__":
