@@ -141,6 +141,12 @@ def _result(
             f"Calibration '{record.name}' is a placeholder: loads and speeds are not measured, so this predicts what "
             "an ideal machine with the published range would make."
         )
+    if shape.tapped_away_at_c:
+        places = ", ".join(f"{value:.0f} C" for value in shape.tapped_away_at_c)
+        warnings.append(
+            f"At {places} the film was held down only by its weight: a tap of {options.ramp.tap_mm:g} mm let it jump "
+            "to a shape of less energy, which is the one shown. A film that is never disturbed may stay flatter."
+        )
     if not shape.stable:
         warnings.append("The equilibrium is not stable: another shape with less energy lies nearby.")
     return {
@@ -159,6 +165,7 @@ def _result(
             "relative_residual": shape.relative_residual,
             "energy_mj": shape.energy_mj,
             "stable": shape.stable,
+            "tapped_away_at_c": shape.tapped_away_at_c,
         },
         "temperature_c": options.temperature_c,
         "temperature_field": "uniform",

@@ -54,6 +54,8 @@ class HotShape:
     """Norm of the residual force over the norm of all element and load forces of the still-flat film."""
     stable: bool
     """Whether the Hessian is positive definite there."""
+    tapped_away_at_c: tuple[float, ...]
+    """Temperatures at which the film was held down only by its weight and a small tap let it jump elsewhere."""
     newton_iterations: int
     device: str
     wall_s: float
@@ -124,6 +126,9 @@ def heat_film(
         energy_mj=last.energy * material.shear_modulus_mpa,
         relative_residual=last.relative_residual,
         stable=last.stable,
+        tapped_away_at_c=tuple(
+            float(value) for value, state in zip(temperature, states, strict=True) if state.tapped_away_mm
+        ),
         newton_iterations=sum(state.equilibrium.iterations for state in states),
         device=str(shell.device),
         wall_s=time.perf_counter() - started,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.errors import SolverError
-from twin.equilibrium.linear import sparse_solver
+from twin.equilibrium.held import HeldSystem
 from twin.shell.shell import Shell
 
 logger = logging.getLogger(__name__)
@@ -24,7 +24,7 @@ WAIT = 2
 class NewtonOptions:
     """How hard to try."""
 
-    max_iterations: int = 60
+    max_iterations: int = 100
     max_step_mm: float = 3.0
     """Longest displacement of a vertex in one step."""
     leave_saddles: bool = True
@@ -51,19 +51,11 @@ class Newton:
     def __init__(self, shell: Shell, pins: np.ndarray, options: NewtonOptions | None = None) -> None:
         self.shell = shell
         self.options = options or NewtonOptions()
-        self.pins = pins
-        self._free = np.ones(3 * shell.vertex_count, dtype=bool)
-        self._free[pins] = False
-        pattern = shell.pattern
-        rows = np.repeat(np.arange(len(pattern.indptr) - 1), np.diff(pattern.indptr))
-        self._held = ~self._free[rows] | ~self._free[pattern.indices]
-        self._held_diagonal = pattern.diagonal_place[pins]
-        self._solver = sparse_solver(pattern.indptr, pattern.indices)
-        self.factorizations = 0
+        self.system = HeldSystem(shell.pattern, pins)
 
     def close(self) -> None:
         """Release the factorisation's memory."""
-        self._solver.close()
+        self.system.solver.close()
 
     def solve(self, start_mm: np.ndarray, *, force_scale: float, tolerance: float) -> Equilibrium:
         """Descend from `start_mm` [n, 3] to a stable equilibrium.
@@ -79,9 +71,9 @@ class Newton:
         for iteration in range(self.options.max_iterations + 1):
             exact = wait == 0 or residual <= tolerance
             energy, gradient, values = self.shell.hessian(x, clamp=not exact)
-            force = np.where(self._free, gradient.ravel(), 0.0)
+            force = np.where(self.system.free, gradient.ravel(), 0.0)
             residual = float(np.linalg.norm(force)) / force_scale
-            definite = self._factorize(values)
+            definite = self.system.factorize(values)
             settled = residual <= tolerance and exact
             if settled and (definite or not self.options.leave_saddles):
                 return Equilibrium(
@@ -99,10 +91,11 @@ class Newton:
                 continue
             wait = WAIT if exact and not definite else max(wait - 1, 0)
             if exact and not definite:
-                definite = self._factorize(self.shell.hessian(x, clamp=True)[2])
+                values = self.shell.hessian(x, clamp=True)[2]
+                definite = self.system.factorize(values)
             if not definite:
-                self._factorize_shifted(values)
-            step = -self._solver.solve(force).reshape(-1, 3)
+                self.system.factorize_shifted(values)
+            step = -self.system.solve(force)
             moved = self._search(x, step, energy, force)
             if moved is None:
                 break
@@ -112,32 +105,9 @@ class Newton:
             "use smaller temperature steps or a finer mesh."
         )
 
-    def _factorize(self, values: np.ndarray) -> bool:
-        values[self._held] = 0.0
-        values[self._held_diagonal] = 1.0
-        self.factorizations += 1
-        return self._solver.factorize(values)
-
-    def _factorize_shifted(self, values: np.ndarray) -> None:
-        """Factorise with the smallest multiple of the identity added that makes the matrix positive definite."""
-        places = self.shell.pattern.diagonal_place
-        shift = 1e-8 * float(np.abs(values[places]).mean())
-        while True:
-            shifted = values.copy()
-            shifted[places] += shift
-            if self._factorize(shifted):
-                return
-            shift *= 4.0
-
     def _leave_saddle(self, x: np.ndarray, values: np.ndarray, energy: float) -> np.ndarray:
-        """Move along the softest mode, found by inverse iteration, as far as the energy falls."""
-        self._factorize_shifted(values)
-        mode = np.random.default_rng(0).normal(size=x.size)
-        for _ in range(8):
-            mode[self.pins] = 0.0
-            mode = self._solver.solve(mode / np.linalg.norm(mode))
-        mode = mode.reshape(x.shape)
-        mode /= np.sqrt((mode**2).sum(axis=1).max())
+        """Move along the softest mode as far as the energy falls."""
+        mode = self.system.softest_mode(values)
         best, lowest = x, energy
         for sign in (1.0, -1.0):
             length = 1e-3 * self.shell.film.thickness_mm
@@ -163,7 +133,7 @@ class Newton:
             trial = x + length * step
             if -slope * length < rounding:
                 gradient = self.shell.gradient(trial)[1].ravel()
-                if np.linalg.norm(gradient[self._free]) < np.linalg.norm(force):
+                if np.linalg.norm(gradient[self.system.free]) < np.linalg.norm(force):
                     return trial
             elif self.shell.energy(trial) <= energy + ARMIJO * length * slope:
                 return trial

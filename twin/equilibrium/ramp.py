@@ -7,11 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.errors import SolverError
+from twin.equilibrium.held import HeldSystem
 from twin.equilibrium.newton import Equilibrium, Newton
+from twin.equilibrium.pins import rigid_pins
 
 logger = logging.getLogger(__name__)
 
 SMALLEST_STEP = 1.0 / 512
+LEAST_GAIN = 1e-6
+"""Relative energy that another state must gain to count as another one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +31,8 @@ class RampOptions:
     """Relative residual at the last one."""
     disturbance_mm: float = 1e-3
     """Amplitude of the seeded smooth disturbance of the flat film."""
+    tap_mm: float = 0.4
+    """Amplitude of the tap that a film held down only by its weight gets, 0 for none; see `heat`."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,6 +42,8 @@ class HeatedState:
     activation: float
     """Fraction of the full contraction."""
     equilibrium: Equilibrium
+    tapped_away_mm: float = 0.0
+    """How far a tap moved the film out of the state that it was held in by its weight, 0 if it came back."""
 
 
 def smooth_disturbance(flat_mm: np.ndarray, amplitude_mm: float, rng: np.random.Generator) -> np.ndarray:
@@ -60,7 +68,13 @@ def heat(
     """Follow the equilibrium from the flat film to `activation`; returns the accepted states, flat film first.
 
     Steps grow where Newton converges quickly and are halved where it does not. Each starts from the linear
-    extrapolation of the last two states if that has the smaller residual.
+    extrapolation of the last two states if that has the smaller energy.
+
+    A film on the plate can be held nearly flat by its weight although it would buckle as soon as it were lifted a
+    little: buckling gains energy with the square of the height, weight costs it in proportion, so that no
+    infinitesimal disturbance ever starts it. Real films are not that flat. Where the film without weight and plate
+    would be unstable, it is therefore tapped: moved by `tap_mm` along its softest mode, both ways, the first by the
+    seed, and followed from there if it finds less energy.
 
     Raises:
         SolverError: if even the smallest step does not converge.
@@ -75,7 +89,8 @@ def heat(
     states = [HeatedState(activation=0.0, equilibrium=cold)]
     x = cold.vertices_mm.copy()
     x[:, 2] += smooth_disturbance(shell.film.flat_mm, options.disturbance_mm, rng)
-    x.flat[newton.pins] = cold.vertices_mm.flat[newton.pins]
+    x.flat[newton.system.pins] = cold.vertices_mm.flat[newton.system.pins]
+    tap = _Tap(newton, options, force_scale, rng) if shell.loads.weight and options.tap_mm else None
     done, step, earlier = 0.0, options.first_step, None
     while done < 1.0:
         step = min(step, 1.0 - done)
@@ -97,13 +112,17 @@ def heat(
             if step < SMALLEST_STEP:
                 raise SolverError(
                     f"heating: no equilibrium found beyond {done:.1%} of the contraction ({error}); "
-                    "try a finer mesh, or more weight or damping of the design."
+                    "try a finer mesh, or a design with less contraction."
                 ) from error
             continue
-        logger.info("activation %.4f: %d Newton steps", share * activation, found.iterations)
-        states.append(HeatedState(activation=share * activation, equilibrium=found))
-        earlier = (done, x) if len(states) > 2 else None
-        done, x = share, found.vertices_mm
+        state = HeatedState(activation=share * activation, equilibrium=found)
+        if tap is not None:
+            state = tap(state, tolerance)
+        logger.info("activation %.4f: %d Newton steps", state.activation, state.equilibrium.iterations)
+        states.append(state)
+        # nothing can be extrapolated across a jump, nor from the disturbed start
+        earlier = (done, x) if len(states) > 2 and not state.tapped_away_mm else None
+        done, x = share, state.equilibrium.vertices_mm
         if progress is not None:
             progress(done)
         if found.iterations <= 8:
@@ -111,3 +130,35 @@ def heat(
         elif found.iterations > 20:
             step *= 0.5
     return states
+
+
+class _Tap:
+    """Tap a film that only its weight holds down, and see whether it comes back."""
+
+    def __init__(self, newton: Newton, options: RampOptions, force_scale: float, rng: np.random.Generator) -> None:
+        self._newton, self._force_scale, self._amplitude_mm = newton, force_scale, options.tap_mm
+        self._first_sign = rng.choice((-1.0, 1.0))
+        shell = newton.shell
+        pins = rigid_pins(shell.film.flat_mm, on_plate=False)
+        self._weightless = HeldSystem(shell.pattern, pins, newton.system.solver)
+
+    def __call__(self, state: HeatedState, tolerance: float) -> HeatedState:
+        """Return the state itself, or the one with less energy that a tap leads to."""
+        held = state.equilibrium
+        values = self._newton.shell.elastic_hessian(held.vertices_mm)
+        if self._weightless.factorize(values):
+            return state
+        mode = self._weightless.softest_mode(values)
+        for sign in (self._first_sign, -self._first_sign):
+            tapped = held.vertices_mm + sign * self._amplitude_mm * mode
+            tapped[:, 2] -= min(0.0, float(tapped[:, 2].min()))
+            try:
+                found = self._newton.solve(tapped, force_scale=self._force_scale, tolerance=tolerance)
+            except SolverError as error:
+                logger.info("tap: %s", error)
+                continue
+            if found.energy < held.energy - LEAST_GAIN * abs(held.energy):
+                moved = float(np.linalg.norm(found.vertices_mm - held.vertices_mm, axis=1).max())
+                logger.info("activation %.4f: a tap moved the film by %.2f mm", state.activation, moved)
+                return HeatedState(activation=state.activation, equilibrium=found, tapped_away_mm=moved)
+        return state

@@ -118,6 +118,12 @@ class Shell:
         self._differentiate(second_order=1, clamp=int(clamp))
         return energy, self._gradient.numpy().copy(), self._values.numpy().copy()
 
+    def elastic_hessian(self, vertices_mm: np.ndarray) -> np.ndarray:
+        """Return the exact Hessian of the elastic energy alone, as if weight and plate were gone."""
+        self._place(vertices_mm)
+        self._differentiate(second_order=1, clamp=0, loaded=False)
+        return self._values.numpy().copy()
+
     def driving_force(self, vertices_mm: np.ndarray) -> float:
         """Return the norm of all element and load forces over mu [mm^2], before they cancel.
 
@@ -154,14 +160,14 @@ class Shell:
         outputs = [self._load_energy, self._gradient, self._values]
         self._launch(kernels.add_loads, self.vertex_count, [*inputs, second_order], outputs)
 
-    def _differentiate(self, *, second_order: int, clamp: int) -> None:
+    def _differentiate(self, *, second_order: int, clamp: int, loaded: bool = True) -> None:
         inputs = [self._topology, self._rest, self._q, self._geometry, second_order, clamp]
         self._launch(kernels.triangle_response, self.triangle_count, inputs, [self._response])
         self._launch(kernels.vertex_gradient, self.vertex_count, [self._response, *self._gather], [self._gradient])
         if second_order:
             inputs = [self._topology, self._geometry, self._response, self._q, *self._blocks, clamp]
             self._launch(kernels.hessian_blocks, len(self.pattern.diagonal), inputs, [self._values])
-        if self._loaded:
+        if loaded and self._loaded:
             self._add_loads(second_order=second_order)
 
     def _launch(self, kernel: Any, count: int, inputs: list, outputs: list) -> None:

@@ -1,0 +1,59 @@
+"""Solves with a shell's Hessian while some degrees of freedom are held."""
+
+import numpy as np
+
+from twin.equilibrium.linear import PardisoSolver, SuperLuSolver, sparse_solver
+from twin.shell.topology import Pattern
+
+
+class HeldSystem:
+    """The Hessian with rows and columns of held degrees of freedom replaced by those of the identity."""
+
+    def __init__(self, pattern: Pattern, pins: np.ndarray, solver: PardisoSolver | SuperLuSolver | None = None) -> None:
+        """Prepare the masks.
+
+        Args:
+            pattern: layout of the Hessian's upper triangle.
+            pins: held degrees of freedom, 3 vertex + axis.
+            solver: solver of the same pattern to share; a factorisation lasts until the next one by any sharer.
+        """
+        self.pins = pins
+        self.free = np.ones(len(pattern.diagonal_place), dtype=bool)
+        self.free[pins] = False
+        rows = np.repeat(np.arange(len(pattern.indptr) - 1), np.diff(pattern.indptr))
+        self._held = np.flatnonzero(~self.free[rows] | ~self.free[pattern.indices])
+        self._diagonal = pattern.diagonal_place
+        self.solver = solver or sparse_solver(pattern.indptr, pattern.indices)
+        self.factorizations = 0
+
+    def factorize(self, values: np.ndarray) -> bool:
+        """Factorise; False if the matrix is not positive definite. Overwrites the held entries of `values`."""
+        values[self._held] = 0.0
+        values[self._diagonal[self.pins]] = 1.0
+        self.factorizations += 1
+        return self.solver.factorize(values)
+
+    def factorize_shifted(self, values: np.ndarray) -> None:
+        """Factorise with the first multiple of the identity added, of a rising series, that makes it definite."""
+        shift = 1e-8 * float(np.abs(values[self._diagonal]).mean())
+        while True:
+            shifted = values.copy()
+            shifted[self._diagonal] += shift
+            if self.factorize(shifted):
+                return
+            shift *= 4.0
+
+    def solve(self, force: np.ndarray) -> np.ndarray:
+        """Return the displacement under a force, shape [3 n] -> [n, 3], by the last factorisation."""
+        return self.solver.solve(force).reshape(-1, 3)
+
+    def softest_mode(self, values: np.ndarray) -> np.ndarray:
+        """Return the mode of the lowest eigenvalue, shape [n, 3], its longest vector of length 1."""
+        self.factorize_shifted(values)
+        # inverse iteration; the start only has to contain the mode, so its seed is no setting
+        mode = np.random.default_rng(0).normal(size=len(self.free))
+        for _ in range(8):
+            mode[self.pins] = 0.0
+            mode = self.solver.solve(mode / np.linalg.norm(mode))
+        mode = mode.reshape(-1, 3)
+        return mode / np.sqrt((mode**2).sum(axis=1).max())
