@@ -182,7 +182,7 @@ def schema() -> None:
 def main() -> None:
     """Run the command line; exit code 0 done, 2 wrong input, 3 rig failed, 1 anything else."""
     try:
-        app(exit_on_error=False, print_error=False)
+        app(sys.argv[1:], exit_on_error=False, print_error=False)
     except CycloptsError as error:
         command = " ".join(("lce", *(error.command_chain or ())))
         _fail(f"{str(error).rstrip('.')}; see `{command} --help`.", exit_code=InputError.exit_code)

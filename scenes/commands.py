@@ -8,11 +8,12 @@ from typing import Any, Literal
 from planner.calibration import load_calibration
 from planner.errors import InputError
 from planner.plan import Plan
-from planner.program import PROGRAM_FILE, load_machine, load_program
+from planner.program import PROGRAM_FILE, Program, load_machine, load_program
 from planner.target import Target, load_target
 from scenes.case import PlanSettings, list_cases, load_case
+from scenes.case_target import Strip
 from scenes.output import output_folder, write_json
-from scenes.planning import TARGET_FILE, plan_into
+from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
 from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
 from scenes.progress import progress_bar
 from scenes.sources import open_source
@@ -49,6 +50,19 @@ def run_plan(
 ) -> None:
     """Plan a target into a folder; what the user leaves open comes from the case, or is the default."""
     surface, case = open_source(target, size_mm=size_mm, up=up, depth_mm=depth_mm)
+    if case and isinstance(case.target, Strip):
+        program = plan_strip_into(
+            out,
+            load_calibration(calibration),
+            name=case.name,
+            length_mm=case.target.length_mm,
+            width_mm=case.target.width_mm,
+            radius_mm=case.target.bending_radius_mm,
+            machine=load_machine(machine),
+        )
+        _tell_placeholder(program)
+        say(f"plan written to {out}")
+        return
     settings = case.plan if case else PlanSettings()
     with progress_bar() as progress:
         made = plan_into(
@@ -160,6 +174,11 @@ def _plans_target(program: Path, digest: str | None) -> Target | None:
     return target
 
 
+def _tell_placeholder(program: Program) -> None:
+    if program.calibration.placeholder:
+        say(f"note: calibration '{program.calibration.name}' is a placeholder: its radii are not measured.")
+
+
 def _tell_plan(made: Plan) -> None:
     for note in made.notes:
         say(f"note: {note}")
@@ -180,6 +199,9 @@ def _tell_prediction(made: Prediction) -> None:
         say(f"warning: {warning}")
     if made.scored is None:
         say("no target: the shape was not scored")
+        if "bending_radius_mm" in made.result:
+            found, promised = made.result["bending_radius_mm"], made.result["promised_radius_mm"]
+            say(f"bending radius {found:.3g} mm in the middle, the calibration promises {promised:.3g} mm")
     else:
         _tell_score(made.scored.score)
 

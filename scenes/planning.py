@@ -6,7 +6,8 @@ from typing import Literal
 
 from planner.calibration import Calibration
 from planner.plan import Plan, plan, plan_summary
-from planner.program import PROGRAM_FILE, Machine, save_program
+from planner.program import PROGRAM_FILE, Machine, Program, layer_times, load_machine, save_program
+from planner.strips import strip_program
 from planner.target import Target, save_target
 from scenes.output import output_folder, write_json
 from scenes.pictures import draw_plan, draw_target
@@ -50,3 +51,37 @@ def plan_into(
         draw_plan(scratch / "plan.png", made.program, machine)
         draw_target(scratch / "target.png", target)
     return made
+
+
+def plan_strip_into(
+    folder: Path,
+    calibration: Calibration,
+    *,
+    name: str,
+    length_mm: float,
+    width_mm: float,
+    radius_mm: float,
+    machine: Machine | None = None,
+) -> Program:
+    """Write the Program of a calibration strip, its figures and its picture into `folder`.
+
+    Arguments and errors as of `planner.strips.strip_program`.
+    """
+    with output_folder(folder) as scratch:
+        program = strip_program(calibration, name=name, length_mm=length_mm, width_mm=width_mm, radius_mm=radius_mm)
+        save_program(program, scratch / PROGRAM_FILE)
+        first = program.layers[0].passes[0]
+        summary = {
+            "name": name,
+            "method": "strip",
+            "radius_mm": radius_mm,
+            "load_g": first.load_g[0],
+            "speed_mm_s": first.speed_mm_s[0],
+            "contraction": calibration.contraction(first.load_g[0], first.speed_mm_s[0]),
+            "layer_times_s": [time.total_s for time in layer_times(program, machine or load_machine())],
+            "calibration": {"name": calibration.record.name, "placeholder": calibration.record.placeholder},
+            "program_digest": program.digest,
+        }
+        write_json(scratch / "plan.json", summary)
+        draw_plan(scratch / "plan.png", program, machine)
+    return program

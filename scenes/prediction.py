@@ -15,6 +15,7 @@ from planner.target import Target
 from scenes.output import output_folder, write_json
 from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_target
 from scenes.report import write_report
+from twin.bending import bending_radius_mm
 from twin.predict import HotShape, PredictOptions, predict
 from twin.scan import Scan, Scanner, pixel_centres
 from twin.score import Scored, score_surface
@@ -149,7 +150,12 @@ def _result(
         )
     if not shape.stable:
         warnings.append("The equilibrium is not stable: another shape with less energy lies nearby.")
+    strip = {}
+    if program.inputs.method == "strip":
+        promised = program.inputs.settings["radius_mm"]
+        strip = {"bending_radius_mm": bending_radius_mm(shape), "promised_radius_mm": promised}
     return {
+        **strip,
         **({} if scored is None else asdict(scored.score)),
         "paper_ssim": PAPER_SSIM,
         "name": program.name,

@@ -116,7 +116,8 @@ def _owners(
     length2 = np.maximum((along**2).sum(axis=1), 1e-12)[:, None, None]
     share = np.clip((x * along[:, 0, None, None] + y * along[:, 1, None, None]) / length2, 0.0, 1.0)
     distance = np.hypot(x - share * along[:, 0, None, None], y - share * along[:, 1, None, None])
-    inside = (distance <= half) & (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
+    # a hair more than half: pixels midway between two touching lines belong to one of them, whatever the rounding
+    inside = (distance <= half + 1e-6) & (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
     piece, i, j = np.nonzero(inside)
     pixel = row[piece, i, 0] * shape[1] + column[piece, 0, j]
     # neighbours along a pass share their round ends: a run of consecutive pieces at a pixel is one visit
