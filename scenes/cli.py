@@ -35,7 +35,13 @@ SizeMm = Annotated[
 Up = Annotated[
     Literal["+x", "-x", "+y", "-y", "+z", "-z"], Parameter(help="Axis of the file that points up, out of the plate.")
 ]
-DepthMm = Annotated[float | None, Parameter(help="Height that white stands for in a grey image [mm].")]
+DepthMm = Annotated[
+    float | None,
+    Parameter(
+        help="Height between the darkest and the brightest grey of an image, up to 300 [mm].",
+        validator=Number(gt=0, lte=300),
+    ),
+]
 Support = Annotated[
     Literal["plate", "free"],
     Parameter(help="plate: lying on the hot plate under its own weight. free: weightless, touching nothing."),
