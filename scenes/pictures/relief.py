@@ -11,8 +11,9 @@ from scenes.pictures.whole_file import whole_file
 SIZE_PX = (1000, 1200)
 _VIEW_FROM = np.array([0.32, -0.26, 1.0])
 """Direction from the surface to the viewer; +y stays up, and the viewer is far away (no perspective)."""
-_LIGHT_FROM = np.array([-0.62, 0.50, 0.60])
-"""Direction to the main light in the viewer's frame (right, up, towards the viewer): the upper left."""
+_LIGHT_FROM = np.array([-0.66, 0.62, 0.42])
+"""Direction to the main light in the viewer's frame (right, up, towards the viewer): the upper left, raking, since
+hot films are shallow."""
 _SKIN = "#e6d5bf"
 
 
@@ -82,7 +83,7 @@ def _opengl_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours 
             )
         right, up, towards = _view()
         middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
-        for direction, intensity in ((_LIGHT_FROM, 0.82), (np.array([0.5, 0.0, 1.0]), 0.28)):
+        for direction, intensity in ((_LIGHT_FROM, 0.92), (np.array([0.5, 0.0, 1.0]), 0.16)):
             world = direction @ np.stack([right, up, towards])
             light = pyvista.Light(position=tuple(middle + 1e3 * world), focal_point=tuple(middle))
             light.positional, light.intensity = False, intensity
@@ -135,7 +136,7 @@ def _relief_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours 
     normal = np.einsum("ij,ijk->ik", weight, normals[corners])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     light = _LIGHT_FROM / np.linalg.norm(_LIGHT_FROM)
-    shade = 0.12 + 0.74 * np.clip(normal @ light, 0.0, 1.0) + 0.17 * normal[:, 2]
+    shade = 0.06 + 0.95 * np.clip(normal @ light, 0.0, 1.0) + 0.17 * normal[:, 2]
     if colours is None:
         base = np.array(to_rgb(_SKIN))
     else:
