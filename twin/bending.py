@@ -1,9 +1,8 @@
-"""Read a bending radius off a hot film, as one does from a photograph of a calibration strip."""
+"""Read off a hot film how it is bent, as one does from a photograph: a strip's radius, a film's form as a whole."""
 
 import numpy as np
 
 from twin.predict import HotShape
-
 
 PATCH_MM = (2.0, 4.0)
 """Half length along and half width across the line of the patch that is fitted [mm]."""
@@ -31,3 +30,25 @@ def bending_radius_mm(shape: HotShape, *, direction_rad: float = 0.0) -> float:
     tangent, bend, other = fit[1], 2.0 * fit[2], fit[DEGREE + 1]
     normal = np.cross(tangent, other)
     return float(-(tangent @ tangent) * np.linalg.norm(normal) / (bend @ normal))
+
+
+def principal_curvatures_per_mm(flat_mm: np.ndarray, vertices_mm: np.ndarray) -> np.ndarray:
+    """Return the two principal curvatures of a film as a whole [1/mm], ascending, shape [2].
+
+    The positions are fitted by one quadratic polynomial of the flat coordinates, and the curvatures are those of the
+    fit in the film's middle: eigenvalues of the second by the first fundamental form. Positive where convex seen from
+    the side of the film's top face: a dome has two positive ones, a saddle one of each sign. Rigid motion of the
+    vertices changes nothing.
+
+    Args:
+        flat_mm: vertices of the flat film [mm], shape [n, 2].
+        vertices_mm: the same vertices of the bent film [mm], shape [n, 3].
+    """
+    u, v = (flat_mm - flat_mm.mean(axis=0)).T
+    terms = np.column_stack((np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v))
+    _, along, across, uu, uv, vv = np.linalg.lstsq(terms, vertices_mm, rcond=None)[0]
+    normal = np.cross(along, across)
+    normal /= np.linalg.norm(normal)
+    first = np.array([[along @ along, along @ across], [along @ across, across @ across]])
+    second = -np.array([[uu @ normal, uv @ normal], [uv @ normal, vv @ normal]])
+    return np.sort(np.linalg.eigvals(np.linalg.solve(first, second)).real)

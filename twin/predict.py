@@ -1,22 +1,28 @@
 """Predict the hot shape that a Program makes: film, heating from flat, top face."""
 
+import logging
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
-from planner.errors import InputError
+from planner.errors import InputError, SolverError
 from planner.program import Program
-from twin.equilibrium import Newton, RampOptions, heat, rigid_pins
-from twin.film import Film, FilmOptions, build_film
+from twin.equilibrium import HeatedState, Newton, RampOptions, heat, rigid_pins
+from twin.film import Film, FilmOptions, build_film, carry, coarsen
 from twin.material import Material
 from twin.shell import Loads, Shell
+
+logger = logging.getLogger(__name__)
 
 PLATE_PER_MM = 1.0
 """Stiffness of the hot plate as a penalty over mu [1/mm]: the film's own weight sinks in by 0.06 micrometres."""
 TEMPERATURE_C_ALLOWED = (25.0, 200.0)
+
+COARSEST_TRIANGLES = 2500
+"""A film with more than four times as many is heated on a coarser mesh first."""
 
 Support = Literal["plate", "free"]
 
@@ -32,6 +38,8 @@ class PredictOptions:
     """Temperature that the film is heated to [C]; uniform over the film."""
     support: Support = "plate"
     """`plate`: lying on the hot plate under its own weight; `free`: weightless, touching nothing."""
+    coarse_to_fine: bool = True
+    """Whether a fine film follows the ramp on coarser meshes and is solved itself only at the last temperature."""
     device: str = "auto"
     seed: int = 0
     """Seed of the small disturbance that the flat film starts with."""
@@ -45,7 +53,9 @@ class HotShape:
     temperature_c: np.ndarray
     """Accepted temperatures [C], shape [k], ascending."""
     vertices_mm: np.ndarray
-    """Mid-surface at each of them [mm], z = 0 on the plate, shape [k, n, 3]."""
+    """Mid-surface at each of them [mm], z = 0 on the plate, shape [k, n, 3].
+
+    Where the ramp was followed on a coarser mesh, all but the last are carried over from there."""
     top_mm: np.ndarray
     """Top face at the last temperature, what a scanner sees [mm], shape [n, 3]."""
     energy_mj: float
@@ -103,18 +113,8 @@ def heat_film(
     if on_plate:
         weight = material.weight_n_mm3 * film.thickness_mm / material.shear_modulus_mpa
         loads = Loads(weight=weight, plate_per_mm=PLATE_PER_MM)
-    shell = Shell(film, loads=loads, device=options.device)
-    newton = Newton(shell, rigid_pins(film.flat_mm, on_plate=on_plate))
-    try:
-        states = heat(
-            newton,
-            float(material.activation(options.temperature_c)),
-            rng=np.random.default_rng(options.seed),
-            options=options.ramp,
-            progress=None if progress is None else lambda share: progress("heating", share),
-        )
-    finally:
-        newton.close()
+    report = progress or (lambda stage, share: None)
+    states, shell = _heat(film, loads, options, lambda share: report("heating", share))
     last = states[-1].equilibrium
     temperature = material.temperature_c(np.array([state.activation for state in states]))
     temperature[-1] = options.temperature_c
@@ -133,6 +133,52 @@ def heat_film(
         device=str(shell.device),
         wall_s=time.perf_counter() - started,
     )
+
+
+def _heat(
+    film: Film, loads: Loads, options: PredictOptions, progress: Callable[[float], None]
+) -> tuple[list[HeatedState], Shell]:
+    """Heat a film, a fine one by way of a coarser mesh; the shell is left at the last temperature."""
+    activation = float(options.material.activation(options.temperature_c))
+    carried = None
+    if options.coarse_to_fine and len(film.triangles) > 4 * COARSEST_TRIANGLES:
+        edge = float(np.sqrt(4.0 / np.sqrt(3.0) * film.area_mm2.mean()))
+        coarse = coarsen(film, 2.0 * edge)
+        states, _ = _heat(coarse, loads, options, lambda share: progress(0.7 * share))
+        carried = [
+            replace(
+                state,
+                equilibrium=replace(
+                    state.equilibrium, vertices_mm=carry(coarse.flat_mm, state.equilibrium.vertices_mm, film.flat_mm)
+                ),
+            )
+            for state in states
+        ]
+    shell = Shell(film, loads=loads, device=options.device)
+    newton = Newton(shell, rigid_pins(film.flat_mm, on_plate=bool(loads.weight)))
+    try:
+        if carried is not None:
+            try:
+                last = _finish(newton, carried[-1], options.ramp.final_tolerance)
+                progress(1.0)
+                return [*carried[:-1], last], shell
+            except SolverError as error:
+                logger.info("the coarse shape leads nowhere on the fine mesh (%s): ramp on the fine mesh", error)
+        rng = np.random.default_rng(options.seed)
+        return heat(newton, activation, rng=rng, options=options.ramp, progress=progress), shell
+    finally:
+        newton.close()
+
+
+def _finish(newton: Newton, carried: HeatedState, tolerance: float) -> HeatedState:
+    """Solve the last state of a ramp on the fine mesh."""
+    shell = newton.shell
+    shell.set_activation(carried.activation)
+    flat = np.column_stack((shell.film.flat_mm, np.zeros(shell.vertex_count)))
+    scale = shell.driving_force(flat)
+    found = newton.solve(carried.equilibrium.vertices_mm, force_scale=scale, tolerance=tolerance)
+    iterations = carried.equilibrium.iterations + found.iterations
+    return replace(carried, equilibrium=replace(found, iterations=iterations))
 
 
 def top_face(film: Film, vertices_mm: np.ndarray, height_mm: np.ndarray) -> np.ndarray:

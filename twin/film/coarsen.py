@@ -1,0 +1,72 @@
+"""The same film on a coarser mesh, and shapes carried between meshes."""
+
+import numpy as np
+from scipy.interpolate import CloughTocher2DInterpolator
+from scipy.spatial import KDTree
+
+from planner.target import mesh_outline
+from twin.film.film import Film
+
+
+def coarsen(film: Film, edge_mm: float) -> Film:
+    """Return the film meshed at `edge_mm`; each triangle averages the alignment of the fine ones inside it.
+
+    Args:
+        film: the fine film: one piece without holes.
+        edge_mm: edge length of the coarse triangles [mm].
+    """
+    flat, triangles = mesh_outline(_outline(film), edge_mm)
+    centre = film.flat_mm[film.triangles].mean(axis=1)
+    coarse_centre = flat[triangles].mean(axis=1)
+    # fine triangles go to the coarse triangle with the nearest centre: on a nearly regular mesh those inside it
+    owner = KDTree(coarse_centre).query(centre)[1]
+    weight = np.bincount(owner, film.area_mm2, len(triangles))
+    double = 2.0 * film.director_rad
+    q = np.stack((film.contraction * np.cos(double), film.contraction * np.sin(double)), axis=-1)
+    mean = np.zeros((len(q), len(triangles), 2))
+    for layer, values in enumerate(q):
+        for part in range(2):
+            mean[layer, :, part] = np.bincount(owner, film.area_mm2 * values[:, part], len(triangles))
+    mean /= np.maximum(weight, 1e-300)[:, None]
+    empty = weight == 0.0
+    mean[:, empty] = q[:, KDTree(centre).query(coarse_centre[empty])[1]]
+    return Film(
+        flat_mm=flat,
+        triangles=triangles,
+        layer_thickness_mm=film.layer_thickness_mm,
+        director_rad=0.5 * np.arctan2(mean[..., 1], mean[..., 0]),
+        contraction=np.hypot(mean[..., 0], mean[..., 1]),
+        modulus_ratio=film.modulus_ratio,
+    )
+
+
+def carry(source_flat_mm: np.ndarray, values: np.ndarray, flat_mm: np.ndarray) -> np.ndarray:
+    """Carry vertex values from one mesh of a film to another, smoothly (C1), shape [n, k] -> [m, k].
+
+    Vertices just beyond the source's hull follow the plane of the fit to the nearest source vertices.
+
+    Args:
+        source_flat_mm: flat vertices that the values belong to [mm], shape [n, 2].
+        values: values at them, as deformed positions [mm], shape [n, k].
+        flat_mm: flat vertices to carry to [mm], shape [m, 2].
+    """
+    carried = CloughTocher2DInterpolator(source_flat_mm, values)(flat_mm)
+    outside = np.flatnonzero(np.isnan(carried).any(axis=1))
+    if len(outside):
+        nearest = KDTree(source_flat_mm).query(flat_mm[outside], k=8)[1]
+        for vertex, around in zip(outside, nearest, strict=True):
+            terms = np.column_stack((np.ones(len(around)), source_flat_mm[around] - flat_mm[vertex]))
+            carried[vertex] = np.linalg.lstsq(terms, values[around], rcond=None)[0][0]
+    return carried
+
+
+def _outline(film: Film) -> np.ndarray:
+    """Return the boundary loop of a film without holes [mm], counter-clockwise, shape [k, 2]."""
+    ends = film.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    count = len(film.flat_mm)
+    inner = np.isin(ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0])
+    following = {int(a): int(b) for a, b in ends[~inner]}
+    loop = [next(iter(following))]
+    while (vertex := following[loop[-1]]) != loop[0]:
+        loop.append(vertex)
+    return film.flat_mm[loop]
