@@ -11,6 +11,7 @@ from pydantic import BaseModel, Field, ValidationError
 from planner.errors import InputError
 from planner.program import validation_sentences
 from planner.target import Target
+from scenes.case_expected import Expected, Toleranced
 from scenes.case_target import CasePart, CaseTarget, Positive
 
 CASES = Path(__file__).parent / "cases"
@@ -44,6 +45,8 @@ class Case(CasePart):
     target: CaseTarget
     plan: PlanSettings = PlanSettings()
     predict: PredictSettings = PredictSettings()
+    expected: Expected | None = None
+    """What the tests of fidelity hold the case to."""
 
     def make_target(self) -> Target:
         """Make the target surface, named after the case."""
@@ -93,11 +96,14 @@ def _unknown_key(path: Path, location: tuple[int | str, ...], document: dict[str
     """Say which key is unknown, what is allowed in its table, and what was probably meant."""
     key = str(location[-1])
     table = str(location[0]) if len(location) > 1 else ""
+    tables = {"": Case, "plan": PlanSettings, "predict": PredictSettings, "expected": Expected}
     if table == "target":
         kind = document["target"]["kind"]
         allowed = next(part for part in _target_parts() if kind in get_args(part.model_fields["kind"].annotation))
+    elif len(location) > 2:
+        table, allowed = f"{table}.{location[1]}", Toleranced
     else:
-        allowed = {"": Case, "plan": PlanSettings, "predict": PredictSettings}[table]
+        allowed = tables[table]
     names = list(allowed.model_fields)
     close = get_close_matches(key, names, n=1, cutoff=0.4)
     hint = f"did you mean {close[0]}?" if close else "remove it."

@@ -13,3 +13,15 @@ def shared_dir() -> Path:
     if not SHARED.is_dir():
         pytest.skip("the folder ../shared of reference data is absent")
     return SHARED
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--regen", action="store_true", help="write the numbers found into the built-in cases instead of testing them"
+    )
+
+
+@pytest.fixture
+def regen(request: pytest.FixtureRequest) -> bool:
+    """Whether expected numbers are to be written anew instead of tested."""
+    return request.config.getoption("--regen")
