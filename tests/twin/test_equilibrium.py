@@ -1,5 +1,7 @@
 """Equilibria: agreement with an independent program, flat films, stability, solvers."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from planner.errors import SolverError
 from twin.equilibrium import Newton, NewtonOptions, RampOptions, heat, rigid_pins, sparse_solver
 from twin.equilibrium.linear import HAVE_PARDISO, PardisoSolver, SuperLuSolver
+from twin.film import carry, coarsen
 from twin.predict import PredictOptions, heat_film
 from twin.shell import Shell
 
@@ -85,6 +88,39 @@ def test_ramp_starts_flat_and_reaches_its_tolerance():
     assert np.ptp(shape.vertices_mm[0][:, 2]) < 1e-9
     assert shape.relative_residual <= 1e-9
     assert shape.stable
+
+
+@pytest.mark.parametrize("support", ["free", "plate"])
+def test_coarse_to_fine_gives_the_shape_of_the_plain_ramp(support, monkeypatch):
+    monkeypatch.setattr("twin.predict.COARSEST_TRIANGLES", 200)
+    made = film(ellipse(12.0, 9.0), 0.7, contraction=0.15, direction=azimuthal)
+    options = PredictOptions(support=support, device="cpu")
+    short, plain = heat_film(made, options), heat_film(made, replace(options, coarse_to_fine=False))
+    assert len(made.triangles) > 800
+    assert short.energy_mj == pytest.approx(plain.energy_mj, rel=1e-9)
+    assert largest_distance(short.hot_mm, plain.hot_mm) < 1e-5
+    assert short.relative_residual <= 1e-9
+    assert len(short.temperature_c) >= 7
+
+
+def test_coarse_film_keeps_area_and_alignment():
+    made = film(ellipse(12.0, 9.0), 0.5, contraction=0.15, direction=azimuthal)
+    coarse = coarsen(made, 1.0)
+    assert 0.2 < len(coarse.triangles) / len(made.triangles) < 0.35
+    assert coarse.area_mm2.sum() == pytest.approx(made.area_mm2.sum(), rel=0.01)
+    away = np.hypot(*coarse.flat_mm[coarse.triangles].mean(axis=1).T) > 2.0
+    np.testing.assert_allclose(coarse.contraction[0, away], 0.15, rtol=0.02)
+    np.testing.assert_array_equal(coarse.contraction[2:], 0.0)
+
+
+def test_carried_shapes_are_exact_for_planes_and_smooth_for_bends():
+    source = film(ellipse(12.0, 9.0), 1.0).flat_mm
+    fine = film(ellipse(12.0, 9.0), 0.5).flat_mm
+    plane = np.column_stack((source, 2.0 + 0.3 * source[:, 0] - 0.1 * source[:, 1]))
+    carried = carry(source, plane, fine)
+    np.testing.assert_allclose(carried[:, 2], 2.0 + 0.3 * fine[:, 0] - 0.1 * fine[:, 1], atol=1e-6)
+    bend = carry(source, np.cos(source[:, :1] / 4.0), fine)
+    np.testing.assert_allclose(bend[:, 0], np.cos(fine[:, 0] / 4.0), atol=0.02)
 
 
 def test_same_seed_same_shape():

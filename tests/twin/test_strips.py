@@ -21,7 +21,9 @@ TABLE = {0.05: 14.06, 0.10: 6.96, 0.20: 3.44, 0.30: 2.30, 0.40: 1.75}
 def wide_range_calibration() -> Calibration:
     """The placeholder's form with a range that reaches past e = 40 %."""
     record = load_calibration().record
-    limits = CalibrationLimits(**{**record.limits.model_dump(), "radius_mm_min": 1.5, "radius_mm_max": 16.0, "load_g_min": 0.1})
+    limits = CalibrationLimits(
+        **{**record.limits.model_dump(), "radius_mm_min": 1.5, "radius_mm_max": 16.0, "load_g_min": 0.1}
+    )
     return Calibration(record.model_copy(update={"limits": limits}))
 
 

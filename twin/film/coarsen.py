@@ -7,6 +7,9 @@ from scipy.spatial import KDTree
 from planner.target import mesh_outline
 from twin.film.film import Film
 
+NEIGHBOURS = 14
+"""Vertices that a quadratic is fitted to: about two rings on one side of a boundary."""
+
 
 def coarsen(film: Film, edge_mm: float) -> Film:
     """Return the film meshed at `edge_mm`; each triangle averages the alignment of the fine ones inside it.
@@ -43,7 +46,7 @@ def coarsen(film: Film, edge_mm: float) -> Film:
 def carry(source_flat_mm: np.ndarray, values: np.ndarray, flat_mm: np.ndarray) -> np.ndarray:
     """Carry vertex values from one mesh of a film to another, smoothly (C1), shape [n, k] -> [m, k].
 
-    Vertices just beyond the source's hull follow the plane of the fit to the nearest source vertices.
+    Vertices just beyond the source's hull follow the quadratic fit to the nearest source vertices.
 
     Args:
         source_flat_mm: flat vertices that the values belong to [mm], shape [n, 2].
@@ -53,9 +56,10 @@ def carry(source_flat_mm: np.ndarray, values: np.ndarray, flat_mm: np.ndarray) -
     carried = CloughTocher2DInterpolator(source_flat_mm, values)(flat_mm)
     outside = np.flatnonzero(np.isnan(carried).any(axis=1))
     if len(outside):
-        nearest = KDTree(source_flat_mm).query(flat_mm[outside], k=8)[1]
+        nearest = np.asarray(KDTree(source_flat_mm).query(flat_mm[outside], k=NEIGHBOURS)[1])
         for vertex, around in zip(outside, nearest, strict=True):
-            terms = np.column_stack((np.ones(len(around)), source_flat_mm[around] - flat_mm[vertex]))
+            x, y = (source_flat_mm[around] - flat_mm[vertex]).T
+            terms = np.column_stack((np.ones_like(x), x, y, x * x, x * y, y * y))
             carried[vertex] = np.linalg.lstsq(terms, values[around], rcond=None)[0][0]
     return carried
 
