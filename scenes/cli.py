@@ -88,6 +88,12 @@ def plan(
     ] = None,
     calibration: Annotated[Path | None, Parameter(help="Calibration (.toml). Default: a placeholder.")] = None,
     machine: Annotated[Path | None, Parameter(help="Machine (.toml). Default: the paper's.")] = None,
+    layers_mm: Annotated[
+        str, Parameter(help="Thickness of each layer, bottom first [mm]: the lower half bends convex.")
+    ] = "0.2,0.2,0.2,0.2",
+    margin_mm: Annotated[
+        float | None, Parameter(help="Unaligned film left around the pattern [mm]. Default: the case's, else 0.")
+    ] = None,
     seed: Annotated[
         int | None,
         Parameter(
@@ -108,6 +114,8 @@ def plan(
         flattening=flattening,
         calibration=calibration,
         machine=machine,
+        layers_mm=layers_mm,
+        margin_mm=margin_mm,
         seed=seed,
     )
 

@@ -16,7 +16,7 @@ from scenes.output import output_folder, write_json
 from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
 from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
 from scenes.progress import progress_bar
-from scenes.sources import open_source
+from scenes.sources import open_source, parse_layers
 from twin.film import FilmOptions
 from twin.material import Material
 from twin.predict import PredictOptions
@@ -46,6 +46,8 @@ def run_plan(
     flattening: Literal["arap", "grid"] | None,
     calibration: Path | None,
     machine: Path | None,
+    layers_mm: str,
+    margin_mm: float | None,
     seed: int | None,
 ) -> None:
     """Plan a target into a folder; what the user leaves open comes from the case, or is the default."""
@@ -72,7 +74,8 @@ def run_plan(
             flattening=flattening or settings.flattening,
             calibration=load_calibration(calibration),
             machine=load_machine(machine),
-            margin_mm=settings.margin_mm,
+            layer_thickness_mm=parse_layers(layers_mm),
+            margin_mm=settings.margin_mm if margin_mm is None else margin_mm,
             seed=settings.seed if seed is None else seed,
             progress=progress,
         )

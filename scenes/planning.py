@@ -1,11 +1,11 @@
 """Plan a target into a folder: the Program, its figures and picture, and the target itself."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
 from planner.calibration import Calibration
-from planner.plan import Plan, plan, plan_summary
+from planner.plan import LAYER_THICKNESS_MM, Plan, plan, plan_summary
 from planner.program import PROGRAM_FILE, Machine, Program, layer_times, load_machine, save_program
 from planner.strips import strip_program
 from planner.target import Target, save_target
@@ -23,6 +23,7 @@ def plan_into(
     flattening: Literal["arap", "grid"] = "arap",
     calibration: Calibration | None = None,
     machine: Machine | None = None,
+    layer_thickness_mm: Sequence[float] = LAYER_THICKNESS_MM,
     margin_mm: float = 0.0,
     seed: int = 0,
     progress: Callable[[str, float], None] | None = None,
@@ -41,6 +42,7 @@ def plan_into(
             flattening=flattening,
             calibration=calibration,
             machine=machine,
+            layer_thickness_mm=layer_thickness_mm,
             margin_mm=margin_mm,
             seed=seed,
             progress=progress,

@@ -55,3 +55,18 @@ def parse_size(text: str | None) -> tuple[float, float] | None:
     if width <= 0.0 or height <= 0.0:
         raise InputError(f"--size-mm: found {text!r}, allowed is width x height in mm; write for example 40x60.")
     return width, height
+
+
+def parse_layers(text: str) -> tuple[float, ...]:
+    """Return layer thicknesses written as `0.2,0.2,0.2,0.2` [mm], bottom first.
+
+    Raises:
+        InputError: if it is written otherwise.
+    """
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise InputError(
+            f"--layers-mm: found {text!r}, allowed are thicknesses in mm with commas between; "
+            "write for example 0.2,0.2,0.2,0.2."
+        ) from None
