@@ -7,6 +7,10 @@ from planner.errors import InputError
 from planner.target import TARGET_SUFFIXES, Target, load_target
 from scenes.case import Case, load_case
 
+STEEPEST = 3.0
+"""Depth over the larger side seen from above that a target may have: a flat film reaches no tower, and sampling
+one takes time and memory that grow with its walls."""
+
 
 def open_source(
     text: str, *, size_mm: str | None = None, up: str = "+z", depth_mm: float | None = None
@@ -20,11 +24,11 @@ def open_source(
         depth_mm: height that white stands for in a grey image [mm].
 
     Raises:
-        InputError: if there is no such target, or an option does not fit it.
+        InputError: if there is no such target, an option does not fit it, or it is a tower.
     """
     path = Path(text)
     if path.suffix.lower() in TARGET_SUFFIXES or path.is_dir():
-        return load_target(path, size_mm=parse_size(size_mm), up=up, depth_mm=depth_mm), None
+        return _checked(load_target(path, size_mm=parse_size(size_mm), up=up, depth_mm=depth_mm)), None
     if path.suffix and path.suffix != ".toml":
         allowed = ", ".join((*TARGET_SUFFIXES, ".toml"))
         raise InputError(f"target: {text} ends in {path.suffix!r}, allowed are {allowed}, or a scene of `lce scenes`.")
@@ -36,7 +40,18 @@ def open_source(
             f"target: {', '.join(wrong)} is for surface files, but {text} is a case with its own size; "
             "leave it out, or copy the case's file and change its [target] table."
         )
-    return case.make_target(), case
+    return _checked(case.make_target()), case
+
+
+def _checked(target: Target) -> Target:
+    """Return the target if a film could become it."""
+    side = max(target.size_mm)
+    if target.depth_mm > STEEPEST * side:
+        raise InputError(
+            f"target: {target.name} is {target.depth_mm:.3g} mm deep and at most {side:.3g} mm wide, allowed is a "
+            f"depth up to {STEEPEST:g} times the width; check its units, its up direction (--up) or its depth (--depth-mm)."
+        )
+    return target
 
 
 def parse_size(text: str | None) -> tuple[float, float] | None:

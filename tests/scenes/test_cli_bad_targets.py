@@ -82,6 +82,7 @@ BAD = {
     "constant.npz": (lambda path: write_heights(path, lambda z, X, Y: 0 * z + 5), "constant"),
     "all_nan.npz": (lambda path: write_heights(path, lambda z, X, Y: np.nan * z), "NaN everywhere"),
     "infinite.npz": (lambda path: write_heights(path, lambda z, X, Y: np.where(X == 0, np.inf, z)), "inf"),
+    "tower.npz": (lambda path: write_heights(path, lambda z, X, Y: 100 * z), "up to 3 times the width"),
     "few.xyz": (lambda path: np.savetxt(path, hill()[0][:50]), "at least 200"),
     "surface.step": (lambda path: path.write_text("solid"), "allowed are .stl"),
 }
