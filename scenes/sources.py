@@ -49,7 +49,8 @@ def _checked(target: Target) -> Target:
     if target.depth_mm > STEEPEST * side:
         raise InputError(
             f"target: {target.name} is {target.depth_mm:.3g} mm deep and at most {side:.3g} mm wide, allowed is a "
-            f"depth up to {STEEPEST:g} times the width; check its units, its up direction (--up) or its depth (--depth-mm)."
+            f"depth up to {STEEPEST:g} times the width; check its units, its up direction (--up) or its depth "
+            "(--depth-mm)."
         )
     return target
 
