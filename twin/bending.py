@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from twin.film import Film
 from twin.predict import HotShape
 
 PATCH_MM = (2.0, 4.0)
@@ -32,21 +33,23 @@ def bending_radius_mm(shape: HotShape, *, direction_rad: float = 0.0) -> float:
     return float(-(tangent @ tangent) * np.linalg.norm(normal) / (bend @ normal))
 
 
-def principal_curvatures_per_mm(flat_mm: np.ndarray, vertices_mm: np.ndarray) -> np.ndarray:
-    """Return the two principal curvatures of a film as a whole [1/mm], ascending, shape [2].
+def principal_curvatures_per_mm(film: Film, vertices_mm: np.ndarray) -> np.ndarray:
+    """Return the two principal curvatures of a bent film as a whole [1/mm], ascending, shape [2].
 
-    The positions are fitted by one quadratic polynomial of the flat coordinates, and the curvatures are those of the
-    fit in the film's middle: eigenvalues of the second by the first fundamental form. Positive where convex seen from
-    the side of the film's top face: a dome has two positive ones, a saddle one of each sign. Rigid motion of the
-    vertices changes nothing.
+    The positions are fitted by one quadratic polynomial of the flat coordinates, by flat area, and the curvatures are
+    those of the fit in the film's middle: eigenvalues of the second by the first fundamental form. Positive where
+    convex seen from the side of the film's top face: a dome has two positive ones, a saddle one of each sign. Rigid
+    motion of the vertices changes nothing.
 
     Args:
-        flat_mm: vertices of the flat film [mm], shape [n, 2].
-        vertices_mm: the same vertices of the bent film [mm], shape [n, 3].
+        film: the film.
+        vertices_mm: its vertices when bent [mm], shape [n, 3].
     """
-    u, v = (flat_mm - flat_mm.mean(axis=0)).T
+    area = film.vertex_area_mm2
+    u, v = (film.flat_mm - area @ film.flat_mm / area.sum()).T
     terms = np.column_stack((np.ones_like(u), u, v, 0.5 * u * u, u * v, 0.5 * v * v))
-    _, along, across, uu, uv, vv = np.linalg.lstsq(terms, vertices_mm, rcond=None)[0]
+    weight = np.sqrt(area)[:, None]
+    _, along, across, uu, uv, vv = np.linalg.lstsq(weight * terms, weight * vertices_mm, rcond=None)[0]
     normal = np.cross(along, across)
     normal /= np.linalg.norm(normal)
     first = np.array([[along @ along, along @ across], [along @ across, across @ across]])

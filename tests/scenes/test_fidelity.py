@@ -70,7 +70,7 @@ def foretell(case: Case, method: str) -> Outcome:
     else:
         score = score_surface(shape.top_mm, shape.film.triangles, target).score
         numbers = {"ssim_eq4": score.ssim_eq4, "rms_mm": score.rms_mm}
-    form = form_of(principal_curvatures_per_mm(shape.film.flat_mm, shape.hot_mm))
+    form = form_of(principal_curvatures_per_mm(shape.film, shape.hot_mm))
     return Outcome(numbers=numbers, form=form, stable=shape.stable)
 
 
