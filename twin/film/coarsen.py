@@ -12,7 +12,9 @@ NEIGHBOURS = 14
 
 
 def coarsen(film: Film, edge_mm: float) -> Film:
-    """Return the film meshed at `edge_mm`; each triangle averages the alignment of the fine ones inside it.
+    """Return the film meshed at `edge_mm`; each triangle averages alignment and thickness of the fine ones inside it.
+
+    Alignment counts by the volume that has it.
 
     Args:
         film: the fine film: one piece without holes.
@@ -22,21 +24,23 @@ def coarsen(film: Film, edge_mm: float) -> Film:
     centre = film.flat_mm[film.triangles].mean(axis=1)
     coarse_centre = flat[triangles].mean(axis=1)
     # fine triangles go to the coarse triangle with the nearest centre: on a nearly regular mesh those inside it
-    owner = KDTree(coarse_centre).query(centre)[1]
-    weight = np.bincount(owner, film.area_mm2, len(triangles))
+    owner = np.asarray(KDTree(coarse_centre).query(centre)[1])
+    empty = np.bincount(owner, minlength=len(triangles)) == 0
+    nearest = KDTree(centre).query(coarse_centre[empty])[1]
     double = 2.0 * film.director_rad
     q = np.stack((film.contraction * np.cos(double), film.contraction * np.sin(double)), axis=-1)
-    mean = np.zeros((len(q), len(triangles), 2))
-    for layer, values in enumerate(q):
-        for part in range(2):
-            mean[layer, :, part] = np.bincount(owner, film.area_mm2 * values[:, part], len(triangles))
-    mean /= np.maximum(weight, 1e-300)[:, None]
-    empty = weight == 0.0
-    mean[:, empty] = q[:, KDTree(centre).query(coarse_centre[empty])[1]]
+    thickness = film.layer_thickness_mm
+    varies = thickness.ndim == 2
+    volume = film.area_mm2 * (thickness if varies else np.ones((len(thickness), 1)))
+    mean = np.stack([_means(owner, weight, values, len(triangles)) for weight, values in zip(volume, q, strict=True)])
+    if varies:
+        thickness = _means(owner, film.area_mm2, thickness.T, len(triangles)).T
+        thickness[:, empty] = film.layer_thickness_mm[:, nearest]
+    mean[:, empty] = q[:, nearest]
     return Film(
         flat_mm=flat,
         triangles=triangles,
-        layer_thickness_mm=film.layer_thickness_mm,
+        layer_thickness_mm=thickness,
         director_rad=0.5 * np.arctan2(mean[..., 1], mean[..., 0]),
         contraction=np.hypot(mean[..., 0], mean[..., 1]),
         modulus_ratio=film.modulus_ratio,
@@ -62,6 +66,12 @@ def carry(source_flat_mm: np.ndarray, values: np.ndarray, flat_mm: np.ndarray) -
             terms = np.column_stack((np.ones_like(x), x, y, x * x, x * y, y * y))
             carried[vertex] = np.linalg.lstsq(terms, values[around], rcond=None)[0][0]
     return carried
+
+
+def _means(owner: np.ndarray, weight: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
+    """Return the weighted means of values [m, k] that have the same owner, zero where nothing weighs, [count, k]."""
+    sums = np.column_stack([np.bincount(owner, weight * column, count) for column in values.T])
+    return sums / np.maximum(np.bincount(owner, weight, count), 1e-300)[:, None]
 
 
 def _outline(film: Film) -> np.ndarray:

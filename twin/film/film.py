@@ -14,7 +14,7 @@ class Film:
     triangles: np.ndarray
     """Vertex indices, counter-clockwise, shape [m, 3], int."""
     layer_thickness_mm: np.ndarray
-    """Thickness of each layer when flat [mm], bottom first, shape [layers], float."""
+    """Thickness of each layer when flat [mm], bottom first, shape [layers], or [layers, m] where it varies, float."""
     director_rad: np.ndarray
     """Director angle from +x, modulo pi [rad], shape [layers, m], float."""
     contraction: np.ndarray
@@ -24,8 +24,9 @@ class Film:
 
     @property
     def thickness_mm(self) -> float:
-        """Thickness of the flat film [mm]."""
-        return float(self.layer_thickness_mm.sum())
+        """Thickness of the flat film [mm], its mean over the area where it varies."""
+        total = self.layer_thickness_mm.sum(axis=0)
+        return float(total) if total.ndim == 0 else float(total @ self.area_mm2 / self.area_mm2.sum())
 
     @property
     def area_mm2(self) -> np.ndarray:

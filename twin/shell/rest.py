@@ -30,7 +30,8 @@ def rest_state(film: Film, activation: float | np.ndarray) -> RestState:
     """Return the film's rest state when the fraction `activation` of the full contraction is reached.
 
     A layer of contraction e has lambda = 1 - e g and the spontaneous metric R diag(lambda^2, 1/lambda) R^t; being
-    incompressible it is h lambda^(-1/2) thick. Layers are stacked from the flat film's mid-plane, z = 0.
+    incompressible it is h lambda^(-1/2) thick. Layers are stacked from the flat film's mid-plane, z = 0, triangle by
+    triangle: a layer may be thicker here than there, or have no thickness at all.
 
     Args:
         film: the film, m triangles.
@@ -39,12 +40,13 @@ def rest_state(film: Film, activation: float | np.ndarray) -> RestState:
     stretch = 1.0 - film.contraction * activation
     if np.any(stretch <= 0.0):
         raise ValueError("contraction times activation must stay below 1")
-    thickness = film.layer_thickness_mm[:, None]
+    thickness = film.layer_thickness_mm.reshape(len(stretch), -1)
     hot = thickness / np.sqrt(stretch)
     bottom = np.cumsum(hot, axis=0) - hot
     # material coordinate of the flat mid-plane, followed into the hot stack
-    below = np.cumsum(film.layer_thickness_mm) - film.layer_thickness_mm
-    share = np.clip((0.5 * film.thickness_mm - below) / film.layer_thickness_mm, 0.0, 1.0)[:, None]
+    below = np.cumsum(thickness, axis=0) - thickness
+    part = np.clip(0.5 * thickness.sum(axis=0) - below, 0.0, thickness)
+    share = np.divide(part, thickness, out=np.zeros_like(part), where=thickness > 0.0)
     middle = (share * hot).sum(axis=0)
 
     cos, sin = np.cos(film.director_rad), np.sin(film.director_rad)
@@ -67,6 +69,6 @@ def rest_state(film: Film, activation: float | np.ndarray) -> RestState:
         moments=moments,
         point_z_mm=np.concatenate(heights).T.copy(),
         point_c=np.concatenate([weight * stretch] * len(GAUSS_POINTS)).T.copy(),
-        constant=np.full(film.triangles.shape[0], 3.0 * len(GAUSS_POINTS) * weight.sum()),
+        constant=3.0 * len(GAUSS_POINTS) * weight.sum(axis=0) * np.ones(film.triangles.shape[0]),
         top_mm=hot.sum(axis=0) - middle,
     )
