@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from twin.shell import Loads, Shell
 from twin.shell.topology import stencils
 
-LOADS = Loads(weight=5.65e-5, plate_per_mm=1.0)
+LOADS = Loads(weight=5.65e-5, plate_per_mm=1.0, plate_reach_mm=0.2)
 
 
 def full_hessian(shell: Shell, state: np.ndarray, *, clamp: bool = False) -> np.ndarray:

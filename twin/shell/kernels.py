@@ -616,11 +616,27 @@ def hessian_blocks(
                 values[place[r] + c - r] = h[r, c]
 
 
+@wp.func
+def plate_energy(z: wp.float64, stiffness: wp.float64, reach: wp.float64) -> wp.vec3d:
+    """Energy per area of a unilateral foundation, its slope and its curvature, twice continuously differentiable.
+
+    With the depth d = reach - z into the layer above the plate: nothing for d < 0, stiffness d^3 / (6 reach) inside
+    the layer, and below the plate the parabola that continues it, of constant stiffness.
+    """
+    d = reach - z
+    if d <= ZERO:
+        return vec3()
+    if z > ZERO:
+        return stiffness * vec3(d * d * d / (SIX * reach), -HALF * d * d / reach, d / reach)
+    return stiffness * vec3(HALF * z * (z - reach) + reach * reach / SIX, z - HALF * reach, ONE)
+
+
 @wp.kernel
 def add_loads(
     area: wp.array(dtype=wp.float64),
     weight: wp.float64,
     plate: wp.float64,
+    reach: wp.float64,
     q: wp.array(dtype=wp.vec3d),
     diagonal_place: wp.array(dtype=wp.int32),
     second_order: int,
@@ -631,13 +647,13 @@ def add_loads(
 ):
     """Write the load energy of each vertex, add its force and stiffness.
 
-    Weight: A rho g H / mu z. Plate: A (plate/2) min(z, 0)^2, a stiff unilateral foundation [1/mm] without friction.
+    Weight: A rho g H / mu z. Plate: A times `plate_energy`, without friction or adhesion.
     """
     v = first + wp.tid()
     z = q[v][2]
-    depth = wp.min(z, ZERO)
-    energy[v] = area[v] * (weight * z + HALF * plate * depth * depth)
-    gradient[v] = gradient[v] + vec3(ZERO, ZERO, area[v] * (weight + plate * depth))
-    if second_order == 1 and depth < ZERO:
+    contact = plate_energy(z, plate, reach)
+    energy[v] = area[v] * (weight * z + contact[0])
+    gradient[v] = gradient[v] + vec3(ZERO, ZERO, area[v] * (weight + contact[1]))
+    if second_order == 1:
         place = diagonal_place[v]
-        values[place] = values[place] + area[v] * plate
+        values[place] = values[place] + area[v] * contact[2]

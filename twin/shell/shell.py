@@ -26,7 +26,9 @@ class Loads:
     weight: float = 0.0
     """rho g H / mu, dimensionless: energy per flat area is weight times z [mm]."""
     plate_per_mm: float = 0.0
-    """Stiffness of the plate under the film over mu [1/mm]; 0 = no plate. Energy per flat area: plate/2 min(z, 0)^2."""
+    """Stiffness of the plate under the film over mu [1/mm]; 0 = no plate."""
+    plate_reach_mm: float = 0.0
+    """Height above the plate at which it begins to push [mm]; the larger, the smoother; 0 = an abrupt parabola."""
 
 
 class Shell:
@@ -156,7 +158,8 @@ class Shell:
         return self.loads.weight != 0.0 or self.loads.plate_per_mm != 0.0
 
     def _add_loads(self, *, second_order: int) -> None:
-        inputs = [self._vertex_area, self.loads.weight, self.loads.plate_per_mm, self._q, self._load_place]
+        loads = self.loads
+        inputs = [self._vertex_area, loads.weight, loads.plate_per_mm, loads.plate_reach_mm, self._q, self._load_place]
         outputs = [self._load_energy, self._gradient, self._values]
         self._launch(kernels.add_loads, self.vertex_count, [*inputs, second_order], outputs)
 
