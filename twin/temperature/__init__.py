@@ -1,0 +1,15 @@
+"""How warm each part of the film is: all as the plate, less where lifted off it, or as measured."""
+
+from twin.temperature.field import TemperatureField, TemperatureUniform, field_activation
+from twin.temperature.file import TemperatureFile, load_temperature_file
+from twin.temperature.gap_model import TemperatureGapModel, gap_temperature_c
+
+__all__ = [
+    "TemperatureField",
+    "TemperatureFile",
+    "TemperatureGapModel",
+    "TemperatureUniform",
+    "field_activation",
+    "gap_temperature_c",
+    "load_temperature_file",
+]
