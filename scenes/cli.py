@@ -134,6 +134,10 @@ def predict(
         Parameter(help="Young's modulus of the hot film, 0.01 to 100 [MPa].", validator=Number(gte=0.01, lte=100)),
     ] = 0.5,
     scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
+    seeds: Annotated[
+        int, Parameter(help="Heat this many times, each disturbed differently, and say whether the shapes agree.")
+    ] = 1,
+    cool: Annotated[bool, Parameter(help="Cool again as well, and say whether the film comes back flat.")] = False,
     device: Device = "auto",
     seed: Annotated[
         int,
@@ -154,6 +158,8 @@ def predict(
         support=support,
         modulus_mpa=modulus_mpa,
         scanner_noise=scanner_noise,
+        seeds=seeds,
+        cool=cool,
         device=device,
         seed=seed,
     )

@@ -93,10 +93,14 @@ def run_predict(
     support: Literal["plate", "free"],
     modulus_mpa: float,
     scanner_noise: bool,
+    seeds: int,
+    cool: bool,
     device: str,
     seed: int,
 ) -> None:
     """Predict a Program into a folder and score it against its plan's target, or another."""
+    if seeds < 1:
+        raise InputError(f"--seeds: found {seeds}, allowed is 1 or more; 1 heats the film once.")
     loaded = load_program(program)
     options = PredictOptions(
         film=FilmOptions(mesh_mm=mesh_mm),
@@ -108,7 +112,9 @@ def run_predict(
     )
     surface = open_source(target)[0] if target else _plans_target(program, loaded.inputs.target_sha256)
     with progress_bar() as progress:
-        made = predict_into(out, loaded, surface, options, scanner_noise=scanner_noise, progress=progress)
+        made = predict_into(
+            out, loaded, surface, options, scanner_noise=scanner_noise, seeds=seeds, cool=cool, progress=progress
+        )
     _tell_prediction(made)
     say(f"results written to {out}, start with {out / 'report.html'}")
 

@@ -1,7 +1,7 @@
 """Predict a Program into a folder: result.json, shapes, pictures, report."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -16,10 +16,15 @@ from scenes.output import output_folder, write_json
 from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_target
 from scenes.report import write_report
 from twin.bending import bending_radius_mm
+from twin.cycle import Cycle, heat_and_cool
+from twin.families import Family, shapes_by_seed
+from twin.film import build_film, coarsen
 from twin.predict import HotShape, PredictOptions, predict
 from twin.scan import Scan, Scanner, pixel_centres
 from twin.score import Scored, score_surface
 
+COOLING_MESH_MM = 1.2
+"""Cooling is followed step by step; this mesh shows whether a film comes back."""
 PAPER_SSIM = 0.845
 """What the paper's best face reached by Eq. 4 (section 2.4)."""
 
@@ -41,6 +46,8 @@ def predict_into(
     options: PredictOptions,
     *,
     scanner_noise: bool = False,
+    seeds: int = 1,
+    cool: bool = False,
     progress: Callable[[str, float], None] | None = None,
 ) -> Prediction:
     """Predict `program`, score it against `target` if there is one, and write everything into `folder`.
@@ -54,6 +61,9 @@ def predict_into(
         target: what to score against, or None.
         options: settings of the twin.
         scanner_noise: see the shape through the model of a phone's depth camera.
+        seeds: heat this often, each time disturbed differently; the most frequent shape is the result, and each
+            other one gets a picture.
+        cool: cool again too, on a coarser mesh; writes cooling.npz.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
@@ -63,7 +73,17 @@ def predict_into(
     started = time.perf_counter()
     report = progress or (lambda stage, share: None)
     with output_folder(folder) as scratch:
-        shape = predict(program, options, progress=progress)
+        if seeds > 1:
+            families = shapes_by_seed(build_film(program, options.film), options, seeds, progress=progress)
+            shape = families[0].shape
+        else:
+            shape = predict(program, options, progress=progress)
+            families = (Family(shape=shape, seeds=(options.seed,), share=1.0),)
+        cycle = None
+        if cool:
+            coarse = coarsen(shape.film, max(options.film.mesh_mm, COOLING_MESH_MM))
+            cycle = heat_and_cool(coarse, options, progress=progress)
+            write_cycle(scratch / "cooling.npz", cycle)
         seen = Scan(vertices_mm=shape.top_mm, triangles=shape.film.triangles)
         if scanner_noise:
             seen = Scanner().scan(shape.top_mm, shape.film.triangles, np.random.default_rng(options.seed))
@@ -83,6 +103,9 @@ def predict_into(
         )
         caption = f"{options.temperature_c:g} C, {'on the hot plate' if options.support == 'plate' else 'weightless'}"
         draw_hot_shape(scratch / "hot_shape.png", surface, triangles, caption=caption)
+        for number, family in enumerate(families[1:], start=2):
+            title = f"Another shape of the same film, {family.share:.0%} of {seeds} seeds"
+            draw_hot_shape(scratch / f"hot_shape_{number}.png", family.shape.top_mm, triangles, title=title)
         draw_plan(scratch / "plan.png", program)
         if target is not None and scored is not None:
             draw_target(scratch / "target.png", target)
@@ -90,9 +113,41 @@ def predict_into(
         report("pictures", 1.0)
         wall_s = time.perf_counter() - started
         result = _result(program, target, options, shape, scored, scanner_noise=scanner_noise, wall_s=wall_s)
+        result["warnings"] += _path_warnings(families, cycle)
+        if seeds > 1:
+            result["shapes_by_seed"] = [{"share": family.share, "seeds": family.seeds} for family in families]
+        if cycle is not None:
+            result["cooled_back_to_flat_mm"] = cycle.back_to_flat_mm
+            result["snaps_between_c"] = cycle.snaps_between_c
         write_json(scratch / "result.json", result)
         write_report(scratch, result)
     return Prediction(shape=shape, scored=scored, result=result)
+
+
+def write_cycle(path: Path, cycle: Cycle) -> None:
+    """Write the shapes on the way up and on the way down, cold first."""
+    np.savez_compressed(
+        path,
+        temperature_c=cycle.temperature_c,
+        heated_mm=cycle.heated_mm,
+        cooled_mm=cycle.cooled_mm,
+        difference_mm=cycle.difference_mm,
+    )
+
+
+def _path_warnings(families: Sequence[Family], cycle: Cycle | None) -> list[str]:
+    """Say what the user must know about the way the shape was reached."""
+    warnings = []
+    if len(families) > 1:
+        shares = ", ".join(f"{family.share:.0%}" for family in families)
+        warnings.append(
+            f"The film has {len(families)} shapes, taken by {shares} of the seeds: which one a real film takes depends "
+            "on chance. The most frequent is shown and scored."
+        )
+    if cycle is not None and cycle.snaps_between_c:
+        ranges = ", ".join(f"{low:.0f} and {high:.0f} C" for low, high in cycle.snaps_between_c)
+        warnings.append(f"Heating and cooling take different paths between {ranges}: the film snaps there.")
+    return warnings
 
 
 def write_score_files(folder: Path, target: Target, scored: Scored) -> None:
@@ -171,6 +226,7 @@ def _result(
             "relative_residual": shape.relative_residual,
             "energy_mj": shape.energy_mj,
             "stable": shape.stable,
+            "lowest_stiffness_n_mm3": shape.lowest_stiffness_n_mm3,
             "tapped_away_at_c": shape.tapped_away_at_c,
         },
         "temperature_c": options.temperature_c,

@@ -65,6 +65,8 @@ class HotShape:
     """Norm of the residual force over the norm of all element and load forces of the still-flat film."""
     stable: bool
     """Whether the Hessian is positive definite there."""
+    lowest_stiffness_n_mm3: float
+    """Its lowest eigenvalue per area: how stiffly the film opposes its softest disturbance [N/mm^3]."""
     tapped_away_at_c: tuple[float, ...]
     """Temperatures at which the film was held down only by its weight and a small tap let it jump elsewhere."""
     newton_iterations: int
@@ -109,24 +111,21 @@ def heat_film(
     if options.support not in ("plate", "free"):
         raise InputError(f"support: found {options.support!r}, allowed are plate and free; choose one of them.")
     started = time.perf_counter()
-    material, on_plate = options.material, options.support == "plate"
-    loads = Loads()
-    if on_plate:
-        weight = material.weight_n_mm3 * film.thickness_mm / material.shear_modulus_mpa
-        loads = Loads(weight=weight, plate_per_mm=PLATE_PER_MM, plate_reach_mm=PLATE_REACH_MM)
+    loads = film_loads(film, options)
     report = progress or (lambda stage, share: None)
     states, shell = _heat(film, loads, options, lambda share: report("heating", share))
     last = states[-1].equilibrium
-    temperature = material.temperature_c(np.array([state.activation for state in states]))
+    temperature = options.material.temperature_c(np.array([state.activation for state in states]))
     temperature[-1] = options.temperature_c
     return HotShape(
         film=film,
         temperature_c=temperature,
         vertices_mm=np.stack([state.equilibrium.vertices_mm for state in states]),
         top_mm=top_face(film, last.vertices_mm, shell.top_mm),
-        energy_mj=last.energy * material.shear_modulus_mpa,
+        energy_mj=last.energy * options.material.shear_modulus_mpa,
         relative_residual=last.relative_residual,
         stable=last.stable,
+        lowest_stiffness_n_mm3=last.lowest_stiffness * options.material.shear_modulus_mpa,
         tapped_away_at_c=tuple(
             float(value) for value, state in zip(temperature, states, strict=True) if state.tapped_away_mm
         ),
@@ -134,6 +133,15 @@ def heat_film(
         device=str(shell.device),
         wall_s=time.perf_counter() - started,
     )
+
+
+def film_loads(film: Film, options: PredictOptions) -> Loads:
+    """Return weight and plate as the options ask for them, over the shear modulus."""
+    if options.support == "free":
+        return Loads()
+    material = options.material
+    weight = material.weight_n_mm3 * film.thickness_mm / material.shear_modulus_mpa
+    return Loads(weight=weight, plate_per_mm=PLATE_PER_MM, plate_reach_mm=PLATE_REACH_MM)
 
 
 def _heat(

@@ -3,7 +3,7 @@
 from twin.equilibrium.linear import sparse_solver
 from twin.equilibrium.newton import Equilibrium, Newton, NewtonOptions
 from twin.equilibrium.pins import rigid_pins
-from twin.equilibrium.ramp import HeatedState, RampOptions, heat
+from twin.equilibrium.ramp import HeatedState, RampOptions, cool, heat
 
 __all__ = [
     "Equilibrium",
@@ -11,6 +11,7 @@ __all__ = [
     "Newton",
     "NewtonOptions",
     "RampOptions",
+    "cool",
     "heat",
     "rigid_pins",
     "sparse_solver",

@@ -57,3 +57,25 @@ class HeldSystem:
             mode = self.solver.solve(mode / np.linalg.norm(mode))
         mode = mode.reshape(-1, 3)
         return mode / np.sqrt((mode**2).sum(axis=1).max())
+
+    def lowest_stiffness(self, vertex_area_mm2: np.ndarray) -> float:
+        """Return the lowest eigenvalue, per area of the film, of the positive definite Hessian factorised last.
+
+        The smallest of v.Hv / sum(A |v|^2) over all displacements v of the free vertices: the stiffness that the film
+        opposes to its softest disturbance, per area. By inverse iteration.
+
+        Args:
+            vertex_area_mm2: area of each vertex [mm^2], shape [n].
+        """
+        area = np.repeat(vertex_area_mm2, 3)
+        mode = np.random.default_rng(0).normal(size=len(self.free))
+        lowest = np.inf
+        for _ in range(30):
+            mode[self.pins] = 0.0
+            mode /= np.sqrt(float(area @ mode**2))
+            response = self.solver.solve(area * mode)
+            previous, lowest = lowest, 1.0 / float(area @ (mode * response))
+            mode = response
+            if abs(previous - lowest) < 1e-4 * lowest:
+                break
+        return lowest

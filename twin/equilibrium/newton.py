@@ -42,7 +42,9 @@ class Equilibrium:
     """Norm of the residual force over the norm of the element forces of the still-flat film."""
     iterations: int
     stable: bool
-    """Whether the exact Hessian was positive definite at the last factorisation."""
+    """Whether the exact Hessian with its held degrees of freedom is positive definite."""
+    lowest_stiffness: float
+    """Its lowest eigenvalue per area of the film over mu [1/mm]; NaN where it is not positive definite."""
 
 
 class Newton:
@@ -52,6 +54,7 @@ class Newton:
         self.shell = shell
         self.options = options or NewtonOptions()
         self.system = HeldSystem(shell.pattern, pins)
+        self._area = shell.film.vertex_area_mm2
 
     def close(self) -> None:
         """Release the factorisation's memory."""
@@ -82,6 +85,7 @@ class Newton:
                     relative_residual=residual,
                     iterations=iteration,
                     stable=definite,
+                    lowest_stiffness=self.system.lowest_stiffness(self._area) if definite else float("nan"),
                 )
             if iteration == self.options.max_iterations:
                 break

@@ -1,8 +1,9 @@
 """Heat a film from flat: a ramp of equilibria that ends at full temperature."""
 
 import logging
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -82,8 +83,7 @@ def heat(
     options = options or RampOptions()
     shell = newton.shell
     flat = np.column_stack((shell.film.flat_mm, np.zeros(shell.vertex_count)))
-    shell.set_activation(activation)
-    force_scale = shell.driving_force(flat)
+    force_scale = _force_scale(newton, activation)
     shell.set_activation(0.0)
     cold = newton.solve(flat, force_scale=force_scale, tolerance=options.tolerance)
     states = [HeatedState(activation=0.0, equilibrium=cold)]
@@ -91,13 +91,70 @@ def heat(
     x[:, 2] += smooth_disturbance(shell.film.flat_mm, options.disturbance_mm, rng)
     x.flat[newton.system.pins] = cold.vertices_mm.flat[newton.system.pins]
     tap = _Tap(newton, options, force_scale, rng) if shell.loads.weight and options.tap_mm else None
-    done, step, earlier = 0.0, options.first_step, None
+    return [
+        *states,
+        *_follow(newton, x, (0.0, activation), force_scale=force_scale, options=options, tap=tap, progress=progress),
+    ]
+
+
+def cool(
+    newton: Newton,
+    heated: Sequence[HeatedState],
+    *,
+    options: RampOptions | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[HeatedState]:
+    """Follow the equilibrium back from the last of `heated` through the same activations to the cold film.
+
+    Returns one state for each of `heated`, in their order (cold first); the last is that of `heated` itself. Where a
+    state differs from its heated twin, the film has snapped in between: heating and cooling took different paths.
+
+    Raises:
+        SolverError: if even the smallest step does not converge.
+    """
+    options = options or RampOptions()
+    force_scale = _force_scale(newton, heated[-1].activation)
+    cooled = [heated[-1]]
+    for number, (hot, cold) in enumerate(pairwise(reversed(heated)), start=1):
+        ends = hot.activation, cold.activation
+        start = cooled[-1].equilibrium.vertices_mm
+        single = replace(options, first_step=1.0, largest_step=1.0, final_tolerance=options.tolerance)
+        if cold.activation == 0.0:
+            single = replace(single, final_tolerance=options.final_tolerance)
+        cooled.append(_follow(newton, start, ends, force_scale=force_scale, options=single)[-1])
+        if progress is not None:
+            progress(number / (len(heated) - 1))
+    return cooled[::-1]
+
+
+def _force_scale(newton: Newton, activation: float) -> float:
+    """Norm of all forces on the still-flat film at its full activation, before they cancel."""
+    shell = newton.shell
+    shell.set_activation(activation)
+    return shell.driving_force(np.column_stack((shell.film.flat_mm, np.zeros(shell.vertex_count))))
+
+
+def _follow(
+    newton: Newton,
+    start_mm: np.ndarray,
+    ends: tuple[float, float],
+    *,
+    force_scale: float,
+    options: RampOptions,
+    tap: "_Tap | None" = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[HeatedState]:
+    """Follow the equilibrium from one activation to another; the state at the first is not returned."""
+    shell, (begin, end) = newton.shell, ends
+    states: list[HeatedState] = []
+    x, done, step, earlier = start_mm, 0.0, options.first_step, None
     while done < 1.0:
         step = min(step, 1.0 - done)
         if 1.0 - done - step < 0.25 * step:
             step = 1.0 - done
         share = 1.0 if step == 1.0 - done else done + step
-        shell.set_activation(share * activation)
+        activation = begin + share * (end - begin)
+        shell.set_activation(activation)
         start = x
         if earlier is not None:
             predicted = x + (share - done) / (done - earlier[0]) * (x - earlier[1])
@@ -107,21 +164,21 @@ def heat(
         try:
             found = newton.solve(start, force_scale=force_scale, tolerance=tolerance)
         except SolverError as error:
-            logger.info("activation %.4f: %s", share * activation, error)
+            logger.info("activation %.4f: %s", activation, error)
             step *= 0.5
             if step < SMALLEST_STEP:
                 raise SolverError(
-                    f"heating: no equilibrium found beyond {done:.1%} of the contraction ({error}); "
-                    "try a finer mesh, or a design with less contraction."
+                    f"heating: no equilibrium found beyond {begin + done * (end - begin):.1%} of the full contraction "
+                    f"({error}); try a finer mesh, or a design with less contraction."
                 ) from error
             continue
-        state = HeatedState(activation=share * activation, equilibrium=found)
+        state = HeatedState(activation=activation, equilibrium=found)
         if tap is not None:
             state = tap(state, tolerance)
-        logger.info("activation %.4f: %d Newton steps", state.activation, state.equilibrium.iterations)
+        logger.info("activation %.4f: %d Newton steps", activation, state.equilibrium.iterations)
+        # nothing can be extrapolated across a jump, nor from the start, which may be disturbed
+        earlier = (done, x) if states and not state.tapped_away_mm else None
         states.append(state)
-        # nothing can be extrapolated across a jump, nor from the disturbed start
-        earlier = (done, x) if len(states) > 2 and not state.tapped_away_mm else None
         done, x = share, state.equilibrium.vertices_mm
         if progress is not None:
             progress(done)
