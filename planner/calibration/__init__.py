@@ -2,7 +2,8 @@
 
 from planner.calibration.calibration import Calibration, Settings
 from planner.calibration.files import load_calibration
-from planner.calibration.wide_strip import contraction_for_radius, radius_for_contraction, wide_strip
+from planner.calibration.skin import skin_depth_mm, skin_radius_mm
+from planner.calibration.wide_strip import contraction_for_radius, radius_for_contraction, wide_stack, wide_strip
 
 __all__ = [
     "Calibration",
@@ -10,5 +11,8 @@ __all__ = [
     "contraction_for_radius",
     "load_calibration",
     "radius_for_contraction",
+    "skin_depth_mm",
+    "skin_radius_mm",
+    "wide_stack",
     "wide_strip",
 ]

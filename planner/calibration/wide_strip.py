@@ -41,15 +41,30 @@ def wide_strip(
 
     """
     e = np.atleast_1d(np.asarray(contraction, dtype=float))
-    stretch = np.where(_aligned_mask(layer_thickness_mm, aligned), 1 - e.ravel()[:, None], 1.0)
-    z, weight = _hot_gauss_points(stretch, np.asarray(layer_thickness_mm, dtype=float))
+    layers = np.where(_aligned_mask(layer_thickness_mm, aligned), e.ravel()[:, None], 0.0)
+    radius, p, q = wide_stack(layers, np.asarray(layer_thickness_mm, dtype=float)[None, :])
+    shape = np.shape(contraction)
+    return radius.reshape(shape), p.reshape(shape), q.reshape(shape)
+
+
+def wide_stack(contraction: np.ndarray, thickness_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bend wide strips of any layers along x, each with its own contraction; see `wide_strip`.
+
+    Args:
+        contraction: e of each layer along the strip, bottom first, shape [n, layers], 0 <= e < 1.
+        thickness_mm: flat thickness of each layer [mm], zero allowed, shape [n, layers], or [1, layers] for all.
+
+    Returns:
+        Bending radius of the mid-surface [mm], stretch along, stretch across, as `wide_strip`, each of shape [n].
+
+    """
+    stretch = 1 - contraction
+    z, weight = _hot_gauss_points(stretch, thickness_mm)
     along, across = np.repeat(stretch**2, 2, axis=1), np.repeat(1 / stretch, 2, axis=1)
     p, q, k = _minimise(z, weight, along, across)
     curvature = np.where(np.abs(k) > 1e-14, -k / p, 0.0)
     with np.errstate(divide="ignore"):
-        radius = 1 / curvature
-    shape = np.shape(contraction)
-    return radius.reshape(shape), p.reshape(shape), q.reshape(shape)
+        return 1 / curvature, p, q
 
 
 def radius_for_contraction(
@@ -101,18 +116,23 @@ def _aligned_mask(layer_thickness_mm: Sequence[float], aligned: Sequence[int]) -
 
 
 def _hot_gauss_points(stretch: np.ndarray, thickness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Heights [mm], shape [n, 2 layers], and weights [mm], shape [2 layers], of two Gauss points a layer.
+    """Heights [mm], shape [n, 2 layers], and weights [mm], shape [n or 1, 2 layers], of two Gauss points a layer.
 
     Each layer is lambda^(-1/2) times as thick as when flat; heights count from where the flat mid-plane went.
     """
     swelling = stretch**-0.5
-    edges = np.concatenate([[0.0], np.cumsum(thickness)])
-    middle = edges[-1] / 2
-    below = np.clip(middle - edges[:-1], 0, thickness)
-    base = np.cumsum(swelling * thickness, axis=1) - swelling * thickness - (swelling @ below)[:, None]
+    upper = np.cumsum(thickness, axis=1)
+    lower = np.concatenate([np.zeros((len(upper), 1)), upper[:, :-1]], axis=1)
+    below = np.clip(upper[:, -1:] / 2 - lower, 0, thickness)
+    base = np.cumsum(swelling * thickness, axis=1) - swelling * thickness - _dot(swelling, below)[:, None]
     spots = (0.5 - 0.5 / np.sqrt(3), 0.5 + 0.5 / np.sqrt(3))
     z = np.stack([base + spot * swelling * thickness for spot in spots], axis=2)
-    return z.reshape(len(stretch), -1), np.repeat(thickness / 2, 2)
+    return z.reshape(len(stretch), -1), np.repeat(thickness / 2, 2, axis=1)
+
+
+def _dot(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Sum values [n, points] by weights [n or 1, points] over the points, shape [n]."""
+    return values @ weight[0] if len(weight) == 1 else (values * weight).sum(axis=1)
 
 
 def _minimise(
@@ -129,9 +149,9 @@ def _minimise(
         duu = 2 / along + 6 * volume / (u**4 * q**2)
         duq = 4 * volume / (u**3 * q**3)
         dqq = 2 / across + 6 * volume / (u**2 * q**4)
-        gradient = np.stack([du @ weight, dq @ weight, (-z * du) @ weight], axis=1)
-        pq, qk, pk = duq @ weight, (-z * duq) @ weight, (-z * duu) @ weight
-        rows = [[duu @ weight, pq, pk], [pq, dqq @ weight, qk], [pk, qk, (z * z * duu) @ weight]]
+        gradient = np.stack([_dot(du, weight), _dot(dq, weight), _dot(-z * du, weight)], axis=1)
+        pq, qk, pk = _dot(duq, weight), _dot(-z * duq, weight), _dot(-z * duu, weight)
+        rows = [[_dot(duu, weight), pq, pk], [pq, _dot(dqq, weight), qk], [pk, qk, _dot(z * z * duu, weight)]]
         hessian = np.moveaxis(np.array(rows), 2, 0)
         step = np.linalg.solve(hessian, -gradient[:, :, None])[:, :, 0]
         # Keep every fibre's length positive: a full step from flat can turn the inner face inside out.
