@@ -1,7 +1,7 @@
 """Turn a Program into a film: mesh the cut outline, paint the passes, average them over the triangles."""
 
 import os
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -9,10 +9,13 @@ from scipy.spatial import KDTree
 from planner.alignment import AlignmentField
 from planner.calibration import Calibration
 from planner.errors import InputError
-from planner.program import Program
+from planner.program import Program, load_machine
 from planner.target import mesh_outline
+from twin.fading import pass_strengths
 from twin.film.film import Film
+from twin.film.options import FilmOptions
 from twin.film.raster import paint_passes
+from twin.film.skin import with_skin
 
 BYTES_PER_TRIANGLE = 12_000
 """Peak memory of kernels, sparse pattern and factorisation, measured at 20 000 triangles and rounded up."""
@@ -22,49 +25,45 @@ FIELD_REACH_MM = 0.3
 MESH_MM_ALLOWED = (0.05, 5.0)
 
 
-@dataclass(frozen=True, kw_only=True)
-class FilmOptions:
-    """How finely a film is meshed and how its passes are painted."""
-
-    mesh_mm: float = 0.6
-    """Edge length of the triangles [mm]."""
-    edge_blur_mm: float = 0.1
-    """Standard deviation of the blur at the edges of a scratched line [mm]; an assumption, not measured."""
-
-
 def build_film(program: Program, options: FilmOptions | None = None) -> Film:
     """Return the film that a Program makes.
 
     Raises:
-        InputError: if the mesh size is out of range, coarser than the film allows or too fine for the memory.
+        InputError: if the mesh size is out of range, coarser than the film allows or too fine for the memory, or
+            another option is out of range or does not fit the Program's layers.
     """
     options = options or FilmOptions()
+    options.check(len(program.layers))
     outline = np.asarray(program.cut.line_mm)
     _check_mesh_size(outline, options.mesh_mm)
     flat, triangles = mesh_outline(outline, options.mesh_mm)
-    calibration = Calibration(program.calibration)
     points = _inner_points(flat[triangles])
-    q = np.stack(
-        [
-            paint_passes(
-                layer.passes,
-                calibration,
-                (outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0),
-                line_width_mm=program.film.line_width_mm,
-                edge_blur_mm=options.edge_blur_mm,
-            )
-            .sample(points)
-            .mean(axis=1)
-            for layer in program.layers
-        ]
+    fading = None
+    if options.fading_tau_h:
+        fading = pass_strengths(program, options.machine or load_machine(), tau_h=options.fading_tau_h)
+    q = _painted(program, options, points, fading)
+    thickness = options.layer_thickness_mm or tuple(layer.thickness_mm for layer in program.layers)
+    film = film_from_alignment(
+        flat,
+        triangles,
+        q,
+        layer_thickness_mm=np.array(thickness),
+        modulus_ratio=None if options.modulus_ratio is None else np.array(options.modulus_ratio, dtype=float),
     )
-    return film_from_alignment(
-        flat, triangles, q, layer_thickness_mm=np.array([layer.thickness_mm for layer in program.layers])
-    )
+    if options.profile == "uniform":
+        return film
+    # how deep the post aligned does not change while the alignment fades
+    scratched = None if fading is None else np.hypot(*np.moveaxis(_painted(program, options, points, None), -1, 0))
+    return with_skin(film, program.calibration, scratched=scratched)
 
 
 def film_from_alignment(
-    flat_mm: np.ndarray, triangles: np.ndarray, q: np.ndarray, *, layer_thickness_mm: np.ndarray
+    flat_mm: np.ndarray,
+    triangles: np.ndarray,
+    q: np.ndarray,
+    *,
+    layer_thickness_mm: np.ndarray,
+    modulus_ratio: np.ndarray | None = None,
 ) -> Film:
     """Return a film from its alignment vectors q = e (cos 2 theta, sin 2 theta), shape [layers, m, 2]."""
     return Film(
@@ -73,7 +72,31 @@ def film_from_alignment(
         layer_thickness_mm=np.asarray(layer_thickness_mm, dtype=float),
         director_rad=0.5 * np.arctan2(q[..., 1], q[..., 0]),
         contraction=np.hypot(q[..., 0], q[..., 1]),
-        modulus_ratio=np.ones(len(q)),
+        modulus_ratio=np.ones(len(q)) if modulus_ratio is None else modulus_ratio,
+    )
+
+
+def _painted(
+    program: Program, options: FilmOptions, points: np.ndarray, fading: Sequence[np.ndarray] | None
+) -> np.ndarray:
+    """Return the alignment vectors of each triangle, means over its points [m, points, 2], shape [layers, m, 2]."""
+    outline = np.asarray(program.cut.line_mm)
+    calibration = Calibration(program.calibration)
+    return np.stack(
+        [
+            paint_passes(
+                layer.passes,
+                calibration,
+                (outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0),
+                line_width_mm=options.line_width_mm or program.film.line_width_mm,
+                edge_blur_mm=options.edge_blur_mm,
+                end_length_mm=options.end_length_mm,
+                strength=strength,
+            )
+            .sample(points)
+            .mean(axis=1)
+            for layer, strength in zip(program.layers, fading or [None] * len(program.layers), strict=True)
+        ]
     )
 
 

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter, map_coordinates
 
 from planner.calibration import Calibration
@@ -39,6 +40,8 @@ def paint_passes(
     *,
     line_width_mm: float,
     edge_blur_mm: float,
+    end_length_mm: float = 0.0,
+    strength: ArrayLike | None = None,
 ) -> AlignmentRaster:
     """Return what a layer remembers of the passes scratched into it, in their order.
 
@@ -52,12 +55,19 @@ def paint_passes(
         bounds_mm: lower left and upper right corner of the painted region [mm].
         line_width_mm: width of the scratched line [mm].
         edge_blur_mm: standard deviation of the edge blur [mm], 0 for sharp edges.
+        end_length_mm: way that the post moves at the start of each pass before it aligns [mm].
+        strength: factor on the contraction of each pass, as for fading, shape [passes]; None for 1.
     """
     low, high = bounds_mm
     columns, rows = np.ceil((high - low) / PIXEL_MM).astype(int) + 1
     q = np.zeros((2, rows, columns))
     if passes:
         start, end, contraction, stroke = _pieces(passes, calibration, line_width_mm)
+        if strength is not None:
+            contraction = contraction * np.asarray(strength, dtype=float)[stroke]
+        if end_length_mm > 0.0:
+            kept, start = _dragged(start, end, stroke, end_length_mm)
+            start, end, contraction, stroke = start[kept], end[kept], contraction[kept], stroke[kept]
         owner = _owners(start, end, stroke, low, (rows, columns), line_width_mm)
         painted = owner >= 0
         along = end - start
@@ -89,6 +99,19 @@ def _pieces(
         strokes.append(np.full(len(segment), number))
     contraction = calibration.contraction(np.concatenate(loads), np.concatenate(speeds))
     return np.concatenate(starts), np.concatenate(ends), contraction, np.concatenate(strokes)
+
+
+def _dragged(
+    start: np.ndarray, end: np.ndarray, stroke: np.ndarray, end_length_mm: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which pieces end farther than `end_length_mm` into their pass, and starts no nearer than that."""
+    length = np.linalg.norm(end - start, axis=1)
+    gone = np.cumsum(length)
+    first = np.concatenate(([True], np.diff(stroke) > 0))
+    gone -= (gone - length)[np.flatnonzero(first)][np.cumsum(first) - 1]
+    missing = np.clip(end_length_mm - (gone - length), 0.0, length)
+    moved = start + (missing / np.maximum(length, 1e-12))[:, None] * (end - start)
+    return gone > end_length_mm, moved
 
 
 def _owners(
