@@ -21,7 +21,9 @@ lint: $(INSTALLED)
 	$(BIN)/lint-imports
 
 bench: $(INSTALLED)
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks startup
+	$(BIN)/python -m benchmarks face
+	$(BIN)/python -m benchmarks growth
 
 $(INSTALLED): pyproject.toml
 	$(PYTHON) -m venv .venv

@@ -45,13 +45,27 @@ def row(target: Target, label: str, method: str, mesh_mm: float, pictures: Path 
     passes = " + ".join(str(len(made.program.layers[index].passes)) for index in (0, -1))
     flags = "" if shape.stable else ", unstable"
     flags += f", tapped at {shape.tapped_away_at_c[0]:.0f} C" if shape.tapped_away_at_c else ""
-    return (
-        f"| {label} | {method}{flags} | **{s.ssim_eq4:.3f}** | {s.ssim_eq4_own_scale:.3f} | {s.ssim_eq4_inside:.3f} "
-        f"| {s.ssim_gauss:.3f} | {s.rms_mm:.2f} | {s.rms_percent_of_diagonal:.2f} | {s.hausdorff_mm:.1f} "
-        f"| {s.depth_mm:.1f} of {s.target_depth_mm:.1f} "
-        f"| {made.clamped_tight_share:.0%} / {made.clamped_wide_share:.0%} | {passes} | {max(t.total_s for t in made.layer_times) / 60:.0f} | {len(shape.film.triangles)} "
-        f"| {shape.newton_iterations} | {planned - started:.0f} | {predicted - planned:.0f} |"
+    minutes = max(time.total_s for time in made.layer_times) / 60
+    cells = (
+        label,
+        method + flags,
+        f"**{s.ssim_eq4:.3f}**",
+        f"{s.ssim_eq4_own_scale:.3f}",
+        f"{s.ssim_eq4_inside:.3f}",
+        f"{s.ssim_gauss:.3f}",
+        f"{s.rms_mm:.2f}",
+        f"{s.rms_percent_of_diagonal:.2f}",
+        f"{s.hausdorff_mm:.1f}",
+        f"{s.depth_mm:.1f} of {s.target_depth_mm:.1f}",
+        f"{made.clamped_tight_share:.0%} / {made.clamped_wide_share:.0%}",
+        passes,
+        f"{minutes:.0f}",
+        str(len(shape.film.triangles)),
+        str(shape.newton_iterations),
+        f"{planned - started:.0f}",
+        f"{predicted - planned:.0f}",
     )
+    return "| " + " | ".join(cells) + " |"
 
 
 def main() -> None:

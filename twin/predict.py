@@ -113,7 +113,7 @@ def heat_film(
     started = time.perf_counter()
     loads = film_loads(film, options)
     report = progress or (lambda stage, share: None)
-    states, shell = _heat(film, loads, options, lambda share: report("heating", share))
+    states, shell, stiffness = _heat(film, loads, options, lambda share: report("heating", share))
     last = states[-1].equilibrium
     temperature = options.material.temperature_c(np.array([state.activation for state in states]))
     temperature[-1] = options.temperature_c
@@ -125,7 +125,7 @@ def heat_film(
         energy_mj=last.energy * options.material.shear_modulus_mpa,
         relative_residual=last.relative_residual,
         stable=last.stable,
-        lowest_stiffness_n_mm3=last.lowest_stiffness * options.material.shear_modulus_mpa,
+        lowest_stiffness_n_mm3=stiffness * options.material.shear_modulus_mpa,
         tapped_away_at_c=tuple(
             float(value) for value, state in zip(temperature, states, strict=True) if state.tapped_away_mm
         ),
@@ -146,22 +146,22 @@ def film_loads(film: Film, options: PredictOptions) -> Loads:
 
 def _heat(
     film: Film, loads: Loads, options: PredictOptions, progress: Callable[[float], None]
-) -> tuple[list[HeatedState], Shell]:
-    """Heat a film, a fine one by way of a coarser mesh; the shell is left at the last temperature."""
+) -> tuple[list[HeatedState], Shell, float]:
+    """Heat a film, a fine one by way of a coarser mesh.
+
+    Returns the states, the shell as it is at the last temperature, and the lowest stiffness there [mu/mm].
+    """
     activation = float(options.material.activation(options.temperature_c))
     carried = None
     if options.coarse_to_fine and len(film.triangles) > 4 * COARSEST_TRIANGLES:
         edge = float(np.sqrt(4.0 / np.sqrt(3.0) * film.area_mm2.mean()))
         coarse = coarsen(film, 2.0 * edge)
-        states, _ = _heat(coarse, loads, options, lambda share: progress(0.7 * share))
+        states, _, _ = _heat(coarse, loads, options, lambda share: progress(0.7 * share))
+        together = np.concatenate([state.equilibrium.vertices_mm for state in states], axis=1)
+        shapes = np.split(carry(coarse.flat_mm, together, film.flat_mm), len(states), axis=1)
         carried = [
-            replace(
-                state,
-                equilibrium=replace(
-                    state.equilibrium, vertices_mm=carry(coarse.flat_mm, state.equilibrium.vertices_mm, film.flat_mm)
-                ),
-            )
-            for state in states
+            replace(state, equilibrium=replace(state.equilibrium, vertices_mm=shape))
+            for state, shape in zip(states, shapes, strict=True)
         ]
     shell = Shell(film, loads=loads, device=options.device)
     newton = Newton(shell, rigid_pins(film.flat_mm, on_plate=bool(loads.weight)))
@@ -170,11 +170,12 @@ def _heat(
             try:
                 last = _finish(newton, carried[-1], options.ramp.final_tolerance)
                 progress(1.0)
-                return [*carried[:-1], last], shell
+                return [*carried[:-1], last], shell, newton.lowest_stiffness(last.equilibrium.vertices_mm)
             except SolverError as error:
                 logger.info("the coarse shape leads nowhere on the fine mesh (%s): ramp on the fine mesh", error)
         rng = np.random.default_rng(options.seed)
-        return heat(newton, activation, rng=rng, options=options.ramp, progress=progress), shell
+        states = heat(newton, activation, rng=rng, options=options.ramp, progress=progress)
+        return states, shell, newton.lowest_stiffness(states[-1].equilibrium.vertices_mm)
     finally:
         newton.close()
 

@@ -1,5 +1,7 @@
 """Sparse direct solution of symmetric systems given by their upper triangle."""
 
+import os
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import SuperLU, splu
@@ -23,6 +25,9 @@ class PardisoSolver:
         self._count = len(indptr) - 1
         self._matrix = sp.csr_matrix((np.ones(len(indices)), indices, indptr), shape=(self._count, self._count))
         self._solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
+        # the wrapper searches the disk for the library each time, half a second, unless it is told
+        if self._solver.libmkl is not None:
+            os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
         self._analysed = False
 
     def factorize(self, values: np.ndarray) -> bool:

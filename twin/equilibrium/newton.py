@@ -43,8 +43,6 @@ class Equilibrium:
     iterations: int
     stable: bool
     """Whether the exact Hessian with its held degrees of freedom is positive definite."""
-    lowest_stiffness: float
-    """Its lowest eigenvalue per area of the film over mu [1/mm]; NaN where it is not positive definite."""
 
 
 class Newton:
@@ -54,11 +52,16 @@ class Newton:
         self.shell = shell
         self.options = options or NewtonOptions()
         self.system = HeldSystem(shell.pattern, pins)
-        self._area = shell.film.vertex_area_mm2
 
     def close(self) -> None:
         """Release the factorisation's memory."""
         self.system.solver.close()
+
+    def lowest_stiffness(self, vertices_mm: np.ndarray) -> float:
+        """Return the lowest eigenvalue of the Hessian per area of the film over mu [1/mm]; NaN if it is negative."""
+        if not self.system.factorize(self.shell.hessian(vertices_mm)[2]):
+            return float("nan")
+        return self.system.lowest_stiffness(self.shell.film.vertex_area_mm2)
 
     def solve(self, start_mm: np.ndarray, *, force_scale: float, tolerance: float) -> Equilibrium:
         """Descend from `start_mm` [n, 3] to a stable equilibrium.
@@ -85,7 +88,6 @@ class Newton:
                     relative_residual=residual,
                     iterations=iteration,
                     stable=definite,
-                    lowest_stiffness=self.system.lowest_stiffness(self._area) if definite else float("nan"),
                 )
             if iteration == self.options.max_iterations:
                 break

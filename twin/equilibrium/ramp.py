@@ -15,6 +15,8 @@ from twin.equilibrium.pins import rigid_pins
 logger = logging.getLogger(__name__)
 
 SMALLEST_STEP = 1.0 / 512
+TAPS = 4
+"""Taps on the way: at the first accepted temperature past each quarter of the final contraction, and at the last."""
 LEAST_GAIN = 1e-6
 """Relative energy that another state must gain to count as another one."""
 
@@ -23,7 +25,7 @@ LEAST_GAIN = 1e-6
 class RampOptions:
     """How a film is heated."""
 
-    first_step: float = 1.0 / 8
+    first_step: float = 1.0 / 6
     """First step, as a share of the final activation."""
     largest_step: float = 1.0 / 6
     tolerance: float = 1e-6
@@ -75,14 +77,14 @@ def heat(
     little: buckling gains energy with the square of the height, weight costs it in proportion, so that no
     infinitesimal disturbance ever starts it. Real films are not that flat. Where the film without weight and plate
     would be unstable, it is therefore tapped: moved by `tap_mm` along its softest mode, both ways, the first by the
-    seed, and followed from there if it finds less energy.
+    seed, and followed from there if it finds less energy; four times on the way.
 
     Raises:
         SolverError: if even the smallest step does not converge.
     """
     options = options or RampOptions()
     shell = newton.shell
-    flat = np.column_stack((shell.film.flat_mm, np.zeros(shell.vertex_count)))
+    flat = np.column_stack((shell.film.flat_mm, np.full(shell.vertex_count, shell.loads.rest_height_mm)))
     force_scale = _force_scale(newton, activation)
     shell.set_activation(0.0)
     cold = newton.solve(flat, force_scale=force_scale, tolerance=options.tolerance)
@@ -173,7 +175,7 @@ def _follow(
                 ) from error
             continue
         state = HeatedState(activation=activation, equilibrium=found)
-        if tap is not None:
+        if tap is not None and int(share * TAPS) > int(done * TAPS):
             state = tap(state, tolerance)
         logger.info("activation %.4f: %d Newton steps", activation, state.equilibrium.iterations)
         # nothing can be extrapolated across a jump, nor from the start, which may be disturbed

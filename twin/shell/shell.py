@@ -30,6 +30,18 @@ class Loads:
     plate_reach_mm: float = 0.0
     """Height above the plate at which it begins to push [mm]; the larger, the smoother; 0 = an abrupt parabola."""
 
+    @property
+    def rest_height_mm(self) -> float:
+        """Height at which the plate carries a flat film of this weight [mm]; 0 without a plate.
+
+        Of `plate_energy` in twin.shell.kernels: plate d^2 / (2 reach) = weight at the depth d below the reach.
+        """
+        if self.plate_per_mm == 0.0:
+            return 0.0
+        reach, sag = self.plate_reach_mm, self.weight / self.plate_per_mm
+        depth = np.sqrt(2.0 * reach * sag)
+        return float(reach - depth if depth <= reach else 0.5 * reach - sag)
+
 
 class Shell:
     """Energy [mm^3, divided by mu] of a film and its derivatives with respect to the vertices [mm].
