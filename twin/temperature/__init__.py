@@ -3,6 +3,7 @@
 from twin.temperature.field import TemperatureField, TemperatureUniform, field_activation
 from twin.temperature.file import TemperatureFile, load_temperature_file
 from twin.temperature.gap_model import TemperatureGapModel, gap_temperature_c
+from twin.temperature.settle import settle_activation
 
 __all__ = [
     "TemperatureField",
@@ -12,4 +13,5 @@ __all__ = [
     "field_activation",
     "gap_temperature_c",
     "load_temperature_file",
+    "settle_activation",
 ]

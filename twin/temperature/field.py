@@ -48,8 +48,6 @@ def field_activation(
 ) -> np.ndarray:
     """Return the fraction of the full contraction that each triangle reaches, shape [m].
 
-    Where `field.follows_shape`, shape and activation determine each other. Lifting cools and cooling lowers, so that
-    alternating between this and the equilibrium overshoots where the material's transition is steep: take a part of
-    the change only.
+    Where `field.follows_shape`, shape and activation determine each other: see `settle_activation`.
     """
     return material.activation(field.temperature_c(film, vertices_mm, plate_c))
