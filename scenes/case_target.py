@@ -7,7 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from planner.target import Target
 from scenes import targets
 
-Positive = Annotated[float, Field(gt=0)]
+Positive = Annotated[float, Field(gt=0, le=300)]
+"""Lengths [mm]; the largest film is 300 mm."""
 Below1 = Annotated[float, Field(gt=0, lt=1)]
 
 

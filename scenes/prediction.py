@@ -102,6 +102,8 @@ def predict_into(
             flat_mm=shape.film.flat_mm,
         )
         caption = f"{options.temperature_c:g} C, {'on the hot plate' if options.support == 'plate' else 'weightless'}"
+        if program.calibration.placeholder:
+            caption += ", placeholder calibration"
         draw_hot_shape(scratch / "hot_shape.png", surface, triangles, caption=caption)
         for number, family in enumerate(families[1:], start=2):
             title = f"Another shape of the same film, {family.share:.0%} of {seeds} seeds"

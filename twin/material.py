@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from planner.errors import InputError
+
 GRAVITY_MM_S2 = 9810.0
 
 ACTIVATION_TABLE = (
@@ -36,6 +38,25 @@ class Material:
     """Density [kg/m^3]."""
     transition_c: float = TABLE_TRANSITION_C
     """Nematic-isotropic temperature [C]; shifts the activation table."""
+
+    def __post_init__(self) -> None:
+        problems = [
+            f"material: {name} is {value:g}, allowed is {allowed}; {hint}."
+            for name, value, fine, allowed, hint in (
+                ("modulus_mpa", self.modulus_mpa, self.modulus_mpa > 0, "a positive modulus", "the default is 0.5 MPa"),
+                ("density_kg_m3", self.density_kg_m3, self.density_kg_m3 >= 0, "0 or more", "the default is 1200"),
+                (
+                    "transition_c",
+                    self.transition_c,
+                    -50 < self.transition_c < 150,
+                    "-50 to 150 C",
+                    "the default is 85 C",
+                ),
+            )
+            if not (fine and np.isfinite(value))
+        ]
+        if problems:
+            raise InputError(problems)
 
     @property
     def shear_modulus_mpa(self) -> float:

@@ -108,6 +108,8 @@ def heat_film(
         raise InputError(
             f"temperature: found {options.temperature_c:g} C, allowed are {low:g} to {high:g} C; the paper uses 150 C."
         )
+    if options.seed < 0:
+        raise InputError(f"seed: found {options.seed}, allowed is a whole number from 0; choose another.")
     if options.support not in ("plate", "free"):
         raise InputError(f"support: found {options.support!r}, allowed are plate and free; choose one of them.")
     started = time.perf_counter()

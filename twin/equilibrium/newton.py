@@ -126,7 +126,9 @@ class Newton:
                     break
                 length *= 2.0
         if best is x:
-            raise SolverError("equilibrium: the film sits at a saddle whose softest mode does not lower the energy.")
+            raise SolverError(
+                "equilibrium: the film sits at a saddle whose softest mode does not lower the energy; use a finer mesh."
+            )
         return best
 
     def _search(self, x: np.ndarray, step: np.ndarray, energy: float, force: np.ndarray) -> np.ndarray | None:
