@@ -5,11 +5,21 @@ import pytest
 from films import azimuthal, ellipse, film
 
 from planner.errors import SolverError
-from twin.equilibrium import Newton, rigid_pins
+from twin.cycle import rigid_distance_mm
+from twin.equilibrium import Newton, cool, heat, rigid_pins
+from twin.film import Film
 from twin.material import Material
-from twin.predict import PredictOptions, film_loads
+from twin.predict import PredictOptions, film_loads, heat_film
 from twin.shell import Shell
-from twin.temperature import TemperatureField, TemperatureGapModel, field_activation, settle_activation
+from twin.temperature import (
+    FieldNewton,
+    FieldShell,
+    TemperatureField,
+    TemperatureFile,
+    TemperatureGapModel,
+    plate_temperature_c,
+    settle_activation,
+)
 
 
 def test_what_does_not_depend_on_the_shape_is_found_at_once():
@@ -50,36 +60,70 @@ def test_what_never_settles_is_said():
         settle_activation(lambda activation: np.where(activation < 0.5, 1.0, 0.0), np.full(4, 0.2))
 
 
-def settled(field: TemperatureField, plate_c: float) -> tuple[np.ndarray, np.ndarray, Newton]:
-    """Vertices [mm] and activation of a small dome on the plate, and its Newton method."""
-    made = film(ellipse(10.0, 10.0), 1.4, contraction=0.15, direction=azimuthal)
-    shell = Shell(made, loads=film_loads(made, PredictOptions(device="cpu")), device="cpu")
-    newton = Newton(shell, rigid_pins(made.flat_mm, on_plate=True))
-    shape = np.column_stack((made.flat_mm, 0.3 * np.cos(made.flat_mm / 8.0).prod(axis=1)))
-    shell.set_activation(1.0)
-    scale = shell.driving_force(shape)
+def heated(made: Film, field: TemperatureField, *, down: bool = False, temperature_c: float = 150.0):
+    """States of a ramp on the plate and back, and its shell at the last temperature."""
+    loads = film_loads(made, PredictOptions(device="cpu"))
+    shell = FieldShell(made, field=field, material=Material(), temperature_c=temperature_c, loads=loads)
+    newton = FieldNewton(shell, rigid_pins(made.flat_mm, on_plate=True))
+    states = heat(newton, 1.0, rng=np.random.default_rng(0))
+    if down:
+        states = cool(newton, states)
+    newton.close()
+    return states, shell
 
-    def follow(activation: np.ndarray) -> np.ndarray:
-        nonlocal shape
-        shell.set_activation(activation)
-        shape = newton.solve(shape, force_scale=scale, tolerance=1e-7).vertices_mm
-        return field_activation(field, Material(), made, shape, plate_c)
 
-    activation = settle_activation(follow, field_activation(field, Material(), made, shape, plate_c))
-    return shape, activation, newton
+DOME = film(ellipse(10.0, 10.0), 1.4, contraction=0.15, direction=azimuthal)
 
 
 def test_dome_cools_itself_where_it_rises():
-    field = TemperatureGapModel()
-    shape, activation, newton = settled(field, 150.0)
-    shell = newton.shell
-    belongs = field_activation(field, Material(), shell.film, shape, 150.0)
-    assert np.abs(belongs - activation).max() < 2e-4
-    height = shape[:, 2][shell.film.triangles].mean(axis=1)
-    assert np.all(np.diff(activation[np.argsort(height)]) < 1e-3)
-    assert activation.max() == pytest.approx(1.0, abs=1e-6)
-    shell.set_activation(1.0)
-    scale = shell.driving_force(shape)
-    hot = newton.solve(shape, force_scale=scale, tolerance=1e-7).vertices_mm
-    assert 0.5 * hot[:, 2].max() < shape[:, 2].max() < hot[:, 2].max()
+    states, shell = heated(DOME, TemperatureGapModel())
+    shape = states[-1].equilibrium.vertices_mm
+    assert shell.plate_c == pytest.approx(150.0)
+    temperature = TemperatureGapModel().temperature_c(DOME, shape, 150.0)
+    activation = shell.activation_of(shape)
+    np.testing.assert_allclose(activation, Material().activation(temperature))
+    height = shape[:, 2][DOME.triangles].mean(axis=1)
+    assert np.all(np.diff(temperature[np.argsort(height)]) <= 0.0)
+    assert temperature.min() < 110.0
+    assert temperature.max() > 138.0
+    hot = heat_film(DOME, PredictOptions(device="cpu")).hot_mm
+    assert 0.5 * hot[:, 2].max() < shape[:, 2].max() < 0.95 * hot[:, 2].max()
+    # the shape is in equilibrium with its own temperatures: another solve does not move it
+    newton = Newton(shell, rigid_pins(DOME.flat_mm, on_plate=True))
+    shell.set_activation(activation)
+    again = newton.solve(shape, force_scale=shell.driving_force(shape), tolerance=1e-8)
+    newton.close()
+    assert np.abs(again.vertices_mm - shape).max() < 0.01
+
+
+def test_dome_comes_back_flat():
+    states, _ = heated(DOME, TemperatureGapModel(), down=True)
+    cold = states[0].equilibrium.vertices_mm
+    assert np.ptp(cold[:, 2]) < 1e-6
+    assert len(states) >= 7
+
+
+def test_warm_plate_everywhere_is_the_plain_ramp():
+    """A file that says 150 C everywhere: another way there, the same shape."""
+    grid = np.array([-20.0, 20.0])
+    field = TemperatureFile(source="warm.npz", x_mm=grid, y_mm=grid, grid_c=np.full((2, 2), 150.0))
+    found = heated(DOME, field)[0][-1].equilibrium
+    plain = heat_film(DOME, PredictOptions(device="cpu"))
+    assert rigid_distance_mm(found.vertices_mm, plain.hot_mm) < 1e-4
+
+
+def test_plate_warms_from_the_room_to_the_end_in_steps_of_both_kinds():
+    share = np.linspace(0.0, 1.0, 101)
+    plate = plate_temperature_c(share, Material(), 150.0)
+    assert (plate[0], plate[-1]) == pytest.approx((25.0, 150.0))
+    assert np.all(np.diff(plate) > 0.0)
+    both = 0.5 * (plate - 25.0) / 125.0 + 0.5 * Material().activation(plate)
+    np.testing.assert_allclose(both, share, atol=1e-3)
+    np.testing.assert_allclose(plate_temperature_c(share, Material(), 25.0), 25.0)
+
+
+def test_field_newton_refuses_a_plain_shell():
+    newton = FieldNewton(Shell(DOME, device="cpu"), rigid_pins(DOME.flat_mm, on_plate=False))
+    with pytest.raises(TypeError, match="needs a FieldShell"):
+        newton.solve(np.zeros((len(DOME.flat_mm), 3)), force_scale=1.0, tolerance=1e-6)
     newton.close()

@@ -42,7 +42,16 @@ def settle_activation(follow: Callable[[np.ndarray], np.ndarray], start: np.ndar
         return follow(inside) - inside
 
     try:
-        found = anderson(change, start, alpha=FIRST_SHARE, M=MEMORY, maxiter=ROUNDS, f_tol=TOLERANCE, line_search=None)
+        found = anderson(
+            change,
+            start,
+            alpha=FIRST_SHARE,
+            M=MEMORY,
+            maxiter=ROUNDS,
+            f_tol=TOLERANCE,
+            x_rtol=1e300,  # no condition; the default, infinity, divides infinity by itself in the first round
+            line_search=None,
+        )
     except NoConvergence as error:
         raise SolverError(
             f"temperature: shape and temperature do not settle in {rounds} rounds; use smaller temperature steps, or "
