@@ -133,6 +133,15 @@ def predict(
         float,
         Parameter(help="Young's modulus of the hot film, 0.01 to 100 [MPa].", validator=Number(gte=0.01, lte=100)),
     ] = 0.5,
+    temperature_field: Annotated[
+        str, Parameter(help="uniform; gap_model: parts lifted off the plate are colder; or a measured field (.npz).")
+    ] = "uniform",
+    profile: Annotated[
+        Literal["uniform", "skin"], Parameter(help="Alignment inside a scratched layer: even, or a skin of full order.")
+    ] = "uniform",
+    fading_tau_h: Annotated[
+        float | None, Parameter(help="Time in which alignment fades before the cure [h], as 2.5. Default: it does not.")
+    ] = None,
     scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
     seeds: Annotated[
         int, Parameter(help="Heat this many times, each disturbed differently, and say whether the shapes agree.")
@@ -157,6 +166,9 @@ def predict(
         temperature_c=temperature_c,
         support=support,
         modulus_mpa=modulus_mpa,
+        temperature_field=temperature_field,
+        profile=profile,
+        fading_tau_h=fading_tau_h,
         scanner_noise=scanner_noise,
         seeds=seeds,
         cool=cool,

@@ -16,7 +16,7 @@ from scenes.output import output_folder, write_json
 from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
 from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
 from scenes.progress import progress_bar
-from scenes.sources import open_source, parse_layers
+from scenes.sources import open_source, open_temperature_field, parse_layers
 from twin.film import FilmOptions
 from twin.material import Material
 from twin.predict import PredictOptions
@@ -92,6 +92,9 @@ def run_predict(
     temperature_c: float,
     support: Literal["plate", "free"],
     modulus_mpa: float,
+    temperature_field: str,
+    profile: Literal["uniform", "skin"],
+    fading_tau_h: float | None,
     scanner_noise: bool,
     seeds: int,
     cool: bool,
@@ -103,9 +106,10 @@ def run_predict(
         raise InputError(f"--seeds: found {seeds}, allowed is 1 or more; 1 heats the film once.")
     loaded = load_program(program)
     options = PredictOptions(
-        film=FilmOptions(mesh_mm=mesh_mm),
+        film=FilmOptions(mesh_mm=mesh_mm, profile=profile, fading_tau_h=fading_tau_h),
         material=Material(modulus_mpa=modulus_mpa),
         temperature_c=temperature_c,
+        temperature_field=open_temperature_field(temperature_field),
         support=support,
         device=device,
         seed=seed,

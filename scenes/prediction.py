@@ -182,6 +182,13 @@ def write_score_files(folder: Path, target: Target, scored: Scored) -> None:
     )
 
 
+def _field_facts(options: PredictOptions) -> dict[str, Any]:
+    """What is known of the temperature field, without its arrays."""
+    facts: dict[str, Any] = {"kind": options.temperature_field.kind}
+    plain = asdict(options.temperature_field)  # pyright: ignore[reportArgumentType]  # the fields are dataclasses
+    return {**facts, **{key: value for key, value in plain.items() if isinstance(value, int | float | str)}}
+
+
 def _result(
     program: Program,
     target: Target | None,
@@ -232,10 +239,10 @@ def _result(
             "tapped_away_at_c": shape.tapped_away_at_c,
         },
         "temperature_c": options.temperature_c,
-        "temperature_field": "uniform",
+        "temperature_field": options.temperature_field.kind,
         "support": options.support,
         "scanner_noise": scanner_noise,
-        "settings": asdict(replace(options, device=shape.device)),
+        "settings": {**asdict(replace(options, device=shape.device)), "temperature_field": _field_facts(options)},
         "calibration": {"name": record.name, "placeholder": record.placeholder},
         "program_digest": program.digest,
         "target_digest": None if target is None else target.digest,

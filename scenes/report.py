@@ -65,14 +65,17 @@ def write_report(folder: Path, result: dict[str, Any]) -> None:
 
 def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
     equilibrium, material = result["equilibrium"], result["settings"]["material"]
+    film = result["settings"]["film"]
+    fading = f"tau {film['fading_tau_h']:g} h" if film["fading_tau_h"] else "none"
     placeholder = " (placeholder, not measured)" if result["calibration"]["placeholder"] else ""
     return [
         ("method", str(result["method"])),
         ("calibration", result["calibration"]["name"] + placeholder),
         ("support", "hot plate, own weight" if result["support"] == "plate" else "weightless, free"),
         ("temperature field", result["temperature_field"]),
+        ("profile in a layer, fading", f"{film['profile']}, {fading}"),
         ("modulus, density", f"{material['modulus_mpa']:g} MPa, {material['density_kg_m3']:g} kg/m3"),
-        ("mesh", f"{result['settings']['film']['mesh_mm']:g} mm, {result['triangle_count']} triangles"),
+        ("mesh", f"{film['mesh_mm']:g} mm, {result['triangle_count']} triangles"),
         (
             "heating",
             f"{len(result['accepted_temperatures_c'])} temperatures, {result['newton_iterations']} Newton steps",

@@ -6,6 +6,7 @@ from pathlib import Path
 from planner.errors import InputError
 from planner.target import TARGET_SUFFIXES, Target, load_target
 from scenes.case import Case, load_case
+from twin.temperature import TemperatureField, TemperatureGapModel, TemperatureUniform, load_temperature_file
 
 STEEPEST = 3.0
 """Depth over the larger side seen from above that a target may have: a flat film reaches no tower, and sampling
@@ -71,6 +72,23 @@ def parse_size(text: str | None) -> tuple[float, float] | None:
     if width <= 0.0 or height <= 0.0:
         raise InputError(f"--size-mm: found {text!r}, allowed is width x height in mm; write for example 40x60.")
     return width, height
+
+
+def open_temperature_field(text: str) -> TemperatureField:
+    """Return the temperature field that `text` names: `uniform`, `gap_model`, or a file of measured temperatures.
+
+    Raises:
+        InputError: if it is none of them, or the file is wrong.
+    """
+    if text == "uniform":
+        return TemperatureUniform()
+    if text == "gap_model":
+        return TemperatureGapModel()
+    if text.endswith(".npz"):
+        return load_temperature_file(Path(text))
+    raise InputError(
+        f"--temperature-field: found {text!r}, allowed are uniform, gap_model or an .npz file; the default is uniform."
+    )
 
 
 def parse_layers(text: str) -> tuple[float, ...]:

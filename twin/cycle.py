@@ -5,10 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twin.equilibrium import Newton, cool, heat, rigid_pins
+from twin.equilibrium import cool, heat
 from twin.film import Film
-from twin.predict import PredictOptions, film_loads
-from twin.shell import Shell
+from twin.predict import PredictOptions, open_newton, ramp_end, ramp_temperatures_c
 
 SNAP_MM = 0.05
 """Heated and cooled shapes that differ by more at the same temperature are different equilibria."""
@@ -55,14 +54,11 @@ def heat_and_cool(
     """
     options = options or PredictOptions()
     report = progress or (lambda stage, share: None)
-    loads = film_loads(film, options)
-    newton = Newton(
-        Shell(film, loads=loads, device=options.device), rigid_pins(film.flat_mm, on_plate=bool(loads.weight))
-    )
+    newton = open_newton(film, options)
     try:
         heated = heat(
             newton,
-            float(options.material.activation(options.temperature_c)),
+            ramp_end(options),
             rng=np.random.default_rng(options.seed),
             options=options.ramp,
             progress=lambda share: report("heating", share),
@@ -73,7 +69,7 @@ def heat_and_cool(
     up = np.stack([state.equilibrium.vertices_mm for state in heated])
     down = np.stack([state.equilibrium.vertices_mm for state in cooled])
     return Cycle(
-        temperature_c=options.material.temperature_c(np.array([state.activation for state in heated])),
+        temperature_c=ramp_temperatures_c(heated, options),
         heated_mm=up,
         cooled_mm=down,
         difference_mm=np.array([rigid_distance_mm(a, b) for a, b in zip(up, down, strict=True)]),

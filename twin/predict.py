@@ -2,7 +2,7 @@
 
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -14,6 +14,7 @@ from twin.equilibrium import HeatedState, Newton, RampOptions, heat, rigid_pins
 from twin.film import Film, FilmOptions, build_film, carry, coarsen
 from twin.material import Material
 from twin.shell import Loads, Shell
+from twin.temperature import FieldNewton, FieldShell, TemperatureField, TemperatureUniform, plate_temperature_c
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +37,9 @@ class PredictOptions:
     material: Material = field(default_factory=Material)
     ramp: RampOptions = field(default_factory=RampOptions)
     temperature_c: float = 150.0
-    """Temperature that the film is heated to [C]; uniform over the film."""
+    """Temperature of the plate that the film is heated to [C]."""
+    temperature_field: TemperatureField = field(default_factory=TemperatureUniform)
+    """Temperature of each part of the film: as the plate, by the gap model, or from a file."""
     support: Support = "plate"
     """`plate`: lying on the hot plate under its own weight; `free`: weightless, touching nothing."""
     coarse_to_fine: bool = True
@@ -112,13 +115,16 @@ def heat_film(
         raise InputError(f"seed: found {options.seed}, allowed is a whole number from 0; choose another.")
     if options.support not in ("plate", "free"):
         raise InputError(f"support: found {options.support!r}, allowed are plate and free; choose one of them.")
+    if options.support == "free" and options.temperature_field.follows_shape:
+        raise InputError(
+            f"temperature field: {options.temperature_field.kind} needs the plate, found support 'free'; choose the "
+            "support plate or the uniform field."
+        )
     started = time.perf_counter()
-    loads = film_loads(film, options)
     report = progress or (lambda stage, share: None)
-    states, shell, stiffness = _heat(film, loads, options, lambda share: report("heating", share))
+    states, shell, stiffness = _heat(film, options, lambda share: report("heating", share))
     last = states[-1].equilibrium
-    temperature = options.material.temperature_c(np.array([state.activation for state in states]))
-    temperature[-1] = options.temperature_c
+    temperature = ramp_temperatures_c(states, options)
     return HotShape(
         film=film,
         temperature_c=temperature,
@@ -146,27 +152,60 @@ def film_loads(film: Film, options: PredictOptions) -> Loads:
     return Loads(weight=weight, plate_per_mm=PLATE_PER_MM, plate_reach_mm=PLATE_REACH_MM)
 
 
+def open_newton(film: Film, options: PredictOptions) -> Newton:
+    """Return the solver of a film under the loads and in the temperature field of the options."""
+    loads = film_loads(film, options)
+    pins = rigid_pins(film.flat_mm, on_plate=bool(loads.weight))
+    if isinstance(options.temperature_field, TemperatureUniform):
+        return Newton(Shell(film, loads=loads, device=options.device), pins)
+    shell = FieldShell(
+        film,
+        field=options.temperature_field,
+        material=options.material,
+        temperature_c=options.temperature_c,
+        loads=loads,
+        device=options.device,
+    )
+    return FieldNewton(shell, pins)
+
+
+def ramp_end(options: PredictOptions) -> float:
+    """Return the end of a ramp: the activation of a uniform field, else the whole way of the plate's heating, 1."""
+    if isinstance(options.temperature_field, TemperatureUniform):
+        return float(options.material.activation(options.temperature_c))
+    return 1.0
+
+
+def ramp_temperatures_c(states: Sequence[HeatedState], options: PredictOptions) -> np.ndarray:
+    """Return the temperature of the plate at each state of a whole ramp [C], shape [k]."""
+    share = np.array([state.activation for state in states])
+    if isinstance(options.temperature_field, TemperatureUniform):
+        temperature = options.material.temperature_c(share)
+        temperature[-1] = options.temperature_c
+        return temperature
+    return plate_temperature_c(share, options.material, options.temperature_c)
+
+
 def _heat(
-    film: Film, loads: Loads, options: PredictOptions, progress: Callable[[float], None]
+    film: Film, options: PredictOptions, progress: Callable[[float], None]
 ) -> tuple[list[HeatedState], Shell, float]:
     """Heat a film, a fine one by way of a coarser mesh.
 
     Returns the states, the shell as it is at the last temperature, and the lowest stiffness there [mu/mm].
     """
-    activation = float(options.material.activation(options.temperature_c))
     carried = None
     if options.coarse_to_fine and len(film.triangles) > 4 * COARSEST_TRIANGLES:
         edge = float(np.sqrt(4.0 / np.sqrt(3.0) * film.area_mm2.mean()))
         coarse = coarsen(film, 2.0 * edge)
-        states, _, _ = _heat(coarse, loads, options, lambda share: progress(0.7 * share))
+        states, _, _ = _heat(coarse, options, lambda share: progress(0.7 * share))
         together = np.concatenate([state.equilibrium.vertices_mm for state in states], axis=1)
         shapes = np.split(carry(coarse.flat_mm, together, film.flat_mm), len(states), axis=1)
         carried = [
             replace(state, equilibrium=replace(state.equilibrium, vertices_mm=shape))
             for state, shape in zip(states, shapes, strict=True)
         ]
-    shell = Shell(film, loads=loads, device=options.device)
-    newton = Newton(shell, rigid_pins(film.flat_mm, on_plate=bool(loads.weight)))
+    newton = open_newton(film, options)
+    shell = newton.shell
     try:
         if carried is not None:
             try:
@@ -176,7 +215,7 @@ def _heat(
             except SolverError as error:
                 logger.info("the coarse shape leads nowhere on the fine mesh (%s): ramp on the fine mesh", error)
         rng = np.random.default_rng(options.seed)
-        states = heat(newton, activation, rng=rng, options=options.ramp, progress=progress)
+        states = heat(newton, ramp_end(options), rng=rng, options=options.ramp, progress=progress)
         return states, shell, newton.lowest_stiffness(states[-1].equilibrium.vertices_mm)
     finally:
         newton.close()

@@ -26,7 +26,7 @@ def read_height_map(path: Path, *, name: str) -> GridHeights | Target:
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive.files}
-    except (OSError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, TypeError, EOFError, AttributeError, zipfile.BadZipFile) as error:
         raise InputError(
             f"{name}: {path} cannot be read as .npz ({error}); write it with numpy.savez and the arrays "
             f"{', '.join(GRID_KEYS)}."

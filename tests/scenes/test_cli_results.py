@@ -68,11 +68,32 @@ def predicted(tmp_path_factory, planned):
         temperature_c=150.0,
         support="plate",
         modulus_mpa=0.5,
+        temperature_field="uniform",
+        profile="uniform",
+        fading_tau_h=None,
         scanner_noise=False,
+        seeds=1,
+        cool=False,
         device="cpu",
         seed=0,
     )
     return folder
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_settings_of_the_physics_reach_the_result(lce, planned, tmp_path):
+    out = tmp_path / "hot"
+    options = ["--temperature-field", "gap_model", "--profile", "skin", "--fading-tau-h", "2.5"]
+    ran = lce("predict", planned, "--out", out, "--mesh-mm", "2", "--seeds", "2", "--cool", *options)
+    assert ran.code == 0, ran.err
+    result = json.loads((out / "result.json").read_text())
+    assert result["temperature_field"] == "gap_model"
+    assert result["settings"]["temperature_field"]["convection_w_m2k"] > 0
+    assert result["settings"]["film"]["profile"] == "skin"
+    assert result["settings"]["film"]["fading_tau_h"] == 2.5
+    assert result["cooled_back_to_flat_mm"] < 1e-3
+    assert sum(shape["share"] for shape in result["shapes_by_seed"]) == pytest.approx(1.0)
+    assert (out / "cooling.npz").is_file()
 
 
 def test_a_plan_leaves_its_program_figures_pictures_and_target(planned):
