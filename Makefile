@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 
-.PHONY: demo test test-slow lint bench clean
+.PHONY: demo test test-slow lint bench validation clean
 
 demo: $(INSTALLED)
 	$(BIN)/lce demo --out out/demo
@@ -24,6 +24,9 @@ bench: $(INSTALLED)
 	$(BIN)/python -m benchmarks startup
 	$(BIN)/python -m benchmarks face
 	$(BIN)/python -m benchmarks growth
+
+validation: $(INSTALLED)
+	$(BIN)/python -m benchmarks.validation
 
 # constraints.txt: the versions that the expected numbers and help texts were made with
 $(INSTALLED): pyproject.toml constraints.txt

@@ -1,0 +1,1 @@
+"""The twin against closed forms and measurements: `python -m benchmarks.validation` writes docs/validation.md."""
