@@ -24,7 +24,7 @@ WAIT = 2
 class NewtonOptions:
     """How hard to try."""
 
-    max_iterations: int = 100
+    max_iterations: int = 250
     max_step_mm: float = 3.0
     """Longest displacement of a vertex in one step."""
     leave_saddles: bool = True
