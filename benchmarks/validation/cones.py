@@ -82,20 +82,22 @@ def waves(shape: HotShape) -> int:
 
 
 def _default_mesh() -> Check:
-    """Try the gentlest anticone at the default mesh."""
-    film = scratched(disc(RADIUS_MM), MESH_MM, ANTICONES[0], layers=ALL, direction=radial)
-    try:
-        heated_free(film)
-        found, passed = "reached", True
-    except SolverError as error:
-        logger.info("anticone: %s", error)
-        found, passed = "no equilibrium found on the way", False
+    """Try the anticones at the default mesh."""
+    reached = []
+    for contraction in ANTICONES:
+        try:
+            heated_free(scratched(disc(RADIUS_MM), MESH_MM, contraction, layers=ALL, direction=radial))
+            reached.append(True)
+        except SolverError as error:
+            logger.info("anticone: %s", error)
+            reached.append(False)
+    answers = (f"{e:.0%} {'yes' if found else 'no'}" for e, found in zip(ANTICONES, reached, strict=True))
     return Check(
-        name=f"anticone at e = {ANTICONES[0]:.0%}, H = {THICKNESS_MM:g} mm, mesh {MESH_MM:g} mm",
-        expected="full temperature is reached",
-        found=found,
+        name=f"anticones, H = {THICKNESS_MM:g} mm, mesh {MESH_MM:g} mm, can be heated",
+        expected="full temperature is reached at every e",
+        found=", ".join(answers),
         error="",
-        passed=passed,
+        passed=all(reached),
     )
 
 
@@ -167,7 +169,7 @@ def run(docs: Path) -> Section:
             f"(anticones), mesh {MESH_MM:g} mm, read between {FLANK_MM[0]:g} and {FLANK_MM[1]:g} mm from the middle. "
             "The angle around the tip is the growth of circles with distance, over 2 pi. Anticones are meshed by "
             f"{ANTICONE_MESH_MM:g} mm: which way their saddle lies is decided by nothing but the mesh, and on a "
-            "finer one Newton's method can stall on the way round (last line of their checks).",
+            "finer one Newton's method can creep along the way round without end (last line of their checks).",
             table(("cone, e", "half angle deg", "found", "error", "angle around / 2 pi", "found"), cones),
             table(("anticone, e", "H mm", "angle around / 2 pi", "found", "error", "waves"), anticones),
             picture("validation-cones.png", "two cones and an anticone"),

@@ -104,12 +104,13 @@ def run(docs: Path) -> Section:
         blocks=(
             f"A disc of {PATCH_RADIUS_MM:g} mm radius whose bottom half contracts by e = {SMALL:g} along n bends to "
             "radii of metres: it does not feel that its two curvatures do not fit together in the plane, and takes "
-            "its preferred forms. Curvature is positive where convex. The free rim, one triangle wide, knows the "
-            f"bending of one side only; so a disc this small with nothing else to hold its shape is {rim:.1%} too "
-            f"flat at {PATCH_MESHES_MM[-1]:g} mm. This error is of first order (rates "
-            f"{np.log2(gaps[0] / gaps[1]):.1f} and {np.log2(gaps[1] / gaps[2]):.1f} from mesh to mesh) and is taken "
-            "out of the values below and above by linear extrapolation. A disc of 20 mm radius at the default 0.6 "
-            "mm has about as much.",
+            "its preferred forms. Curvature is positive where convex. At the default mesh a disc this small, with "
+            "nothing else to hold its shape, is a few percent too flat: presumably the rim's doing, one triangle "
+            f"wide, where an edge knows the bending of one side only. The error ({rim:.1%} at {PATCH_MESHES_MM[-1]:g} "
+            f"mm) is of first order in mesh over radius (rates {np.log2(gaps[0] / gaps[1]):.1f} and "
+            f"{np.log2(gaps[1] / gaps[2]):.1f} from mesh to mesh) and is taken out of the values below and above by "
+            "linear extrapolation. Films bent to a cylinder or a dome do not show it: their shape is held by what "
+            "stretching costs.",
             table(
                 ("free patch", "nn", "nm", "mm"),
                 [
