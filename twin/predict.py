@@ -23,7 +23,7 @@ PLATE_REACH_MM = 0.01
 """The hot plate: a film floats up to 10 micrometres above it, and a whole face on a few corners does not sink in."""
 TEMPERATURE_C_ALLOWED = (25.0, 200.0)
 
-COARSEST_TRIANGLES = 2500
+COARSEST_TRIANGLES = 1200
 """A film with more than four times as many is heated on a coarser mesh first."""
 
 Support = Literal["plate", "free"]
