@@ -6,21 +6,14 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from films import azimuthal, ellipse, film, rectangle, reference_shell
-from scipy.spatial.transform import Rotation
 
 from planner.errors import SolverError
+from twin.cycle import rigid_distance_mm
 from twin.equilibrium import Newton, NewtonOptions, RampOptions, heat, rigid_pins, sparse_solver
 from twin.equilibrium.linear import HAVE_PARDISO, PardisoSolver, SuperLuSolver
 from twin.film import carry, coarsen
 from twin.predict import PLATE_PER_MM, PLATE_REACH_MM, PredictOptions, heat_film
 from twin.shell import Shell
-
-
-def largest_distance(shape: np.ndarray, other: np.ndarray) -> float:
-    """Largest distance of corresponding vertices after the best rigid motion [mm]."""
-    a, b = shape - shape.mean(axis=0), other - other.mean(axis=0)
-    turn, _ = Rotation.align_vectors(b, a)
-    return float(np.linalg.norm(turn.apply(a) - b, axis=1).max())
 
 
 @pytest.mark.shared
@@ -32,7 +25,7 @@ def test_ramp_from_flat_ends_in_the_reference_equilibrium(shared_dir, name):
     last = heat(newton, 1.0, rng=np.random.default_rng(0))[-1].equilibrium
     assert last.stable
     assert last.energy == pytest.approx(float(data["energy_equilibrium"]), rel=1e-9)
-    assert largest_distance(last.vertices_mm, data["equilibrium_mm"]) < 1e-5
+    assert rigid_distance_mm(last.vertices_mm, data["equilibrium_mm"]) < 1e-5
 
 
 @pytest.mark.shared
@@ -46,7 +39,7 @@ def test_reference_disc_is_a_saddle_and_the_ramp_leaves_it_for_less_energy(share
     saddle = stay.solve(data["equilibrium_mm"], force_scale=scale, tolerance=1e-11)
     assert not saddle.stable
     assert saddle.energy == pytest.approx(float(data["energy_equilibrium"]), rel=1e-9)
-    assert largest_distance(saddle.vertices_mm, data["equilibrium_mm"]) < 1e-5
+    assert rigid_distance_mm(saddle.vertices_mm, data["equilibrium_mm"]) < 1e-5
 
     last = heat(Newton(shell, pins), 1.0, rng=np.random.default_rng(0))[-1].equilibrium
     assert last.stable
@@ -57,7 +50,7 @@ def test_polydomain_film_stays_flat():
     shape = heat_film(film(rectangle(20.0, 15.0), 1.0), PredictOptions(support="free", device="cpu"))
     assert np.ptp(shape.hot_mm[:, 2]) < 1e-9
     flat = shape.film.flat_mm
-    assert largest_distance(shape.hot_mm, np.column_stack((flat, np.zeros(len(flat))))) < 1e-9
+    assert rigid_distance_mm(shape.hot_mm, np.column_stack((flat, np.zeros(len(flat))))) < 1e-9
 
 
 def test_polydomain_film_rests_on_the_plate():
@@ -101,7 +94,7 @@ def test_coarse_to_fine_gives_the_shape_of_the_plain_ramp(support, monkeypatch):
     short, plain = heat_film(made, options), heat_film(made, replace(options, coarse_to_fine=False))
     assert len(made.triangles) > 800
     assert short.energy_mj == pytest.approx(plain.energy_mj, rel=1e-9)
-    assert largest_distance(short.hot_mm, plain.hot_mm) < 1e-5
+    assert rigid_distance_mm(short.hot_mm, plain.hot_mm) < 1e-5
     assert short.relative_residual <= 1e-9
     assert len(short.temperature_c) >= 7
 
