@@ -1,0 +1,90 @@
+"""Passes of one width that tile what is to be scratched."""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from planner.errors import InputError
+from planner.toolpaths.dense.grid import FieldGrid, field_grid
+from planner.toolpaths.dense.mesh_field import MeshField
+from planner.toolpaths.dense.ridges import ridge_lines
+from planner.toolpaths.dense.stripes import stripes
+
+LEAST = 0.02
+"""Contraction below which film is left unaligned."""
+FINE_MM = 0.1
+SMOOTHING_MM = 0.2
+STEP_MM = 0.4
+SHORTEST_MM = 1.2
+
+
+def dense_lines(
+    points_mm: np.ndarray,
+    triangles: np.ndarray,
+    q: np.ndarray,
+    *,
+    line_width_mm: float = 0.8,
+    least: float = LEAST,
+    seed: int = 0,
+) -> list[np.ndarray]:
+    """Cover the film where |q| >= `least` with lines along the director, one width apart.
+
+    Args:
+        points_mm: vertices of the flat film's mesh [mm], shape [n, 2].
+        triangles: vertex indices, shape [m, 3].
+        q: alignment at the vertices, e (cos 2 theta, sin 2 theta), shape [n, 2].
+        line_width_mm: width that a pass aligns [mm].
+        least: strength below which nothing is scratched.
+        seed: of the noise that the lines grow from.
+
+    Returns:
+        Polylines [mm], shapes [k, 2]; rings repeat their first point.
+
+    Raises:
+        InputError: for arrays that do not belong together, or values that are not finite.
+
+    """
+    if not (np.isfinite(line_width_mm) and line_width_mm > 0):
+        raise InputError(f"line_width_mm is {line_width_mm}, allowed is a positive length in mm; give 0.8")
+    field = MeshField(points_mm=np.asarray(points_mm, float), triangles=np.asarray(triangles), q=np.asarray(q, float))
+    grid = field_grid(field, line_width_mm, least)
+    if not np.isfinite(grid.outside_mm).any():
+        return []
+    lines = []
+    for ridge in ridge_lines(grid, stripes(grid, line_width_mm, seed)):
+        smooth = _smoothed(ridge)
+        lines += [_spaced(part, STEP_MM) for part in _kept(smooth, grid, line_width_mm)]
+    return [line for line in lines if _length(line) >= SHORTEST_MM]
+
+
+def _kept(line: np.ndarray, grid: FieldGrid, width: float) -> list[np.ndarray]:
+    """Cut a line a quarter of its width outside the wanted region, or half its width beyond the film's edge."""
+    edge = np.minimum(grid.read(grid.beyond_film_mm, line), width / 4)
+    inside = grid.read(grid.outside_mm, line) - edge < width / 4
+    if inside.all():
+        return [line]
+    ring = bool(np.array_equal(line[0], line[-1]))
+    if ring:
+        turn = int(np.argmin(inside[:-1]))
+        line, inside = np.roll(line[:-1], -turn, axis=0), np.roll(inside[:-1], -turn)
+    ends = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
+    return [line[begin:end] for begin, end in ends.reshape(-1, 2) if end - begin > 1]
+
+
+def _smoothed(line: np.ndarray) -> np.ndarray:
+    fine = _spaced(line, FINE_MM)
+    sigma = SMOOTHING_MM / FINE_MM
+    if np.array_equal(line[0], line[-1]):
+        ring = gaussian_filter1d(fine[:-1], sigma, axis=0, mode="wrap")
+        return np.vstack([ring, ring[:1]])
+    return gaussian_filter1d(fine, sigma, axis=0, mode="nearest")
+
+
+def _spaced(line: np.ndarray, step_mm: float) -> np.ndarray:
+    """Place points on a line at equal distances of about `step_mm`."""
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    places = np.linspace(0, along[-1], max(2, round(along[-1] / step_mm) + 1))
+    return np.stack([np.interp(places, along, line[:, axis]) for axis in (0, 1)], axis=1)
+
+
+def _length(line: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())

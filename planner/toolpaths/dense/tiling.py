@@ -1,0 +1,107 @@
+"""How well lines tile what is to be scratched."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from planner.toolpaths.dense.mesh_field import MeshField
+
+SAMPLE_MM = 0.1
+"""Distance between the points of the film that are looked at."""
+FINE_MM = 0.05
+"""Distance between the points that stand for a line."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tiling:
+    """Shares are of the wanted area; angles are means over the lines' length."""
+
+    coverage: float
+    """Share within half a width of a line (0..1)."""
+    overlap: float
+    """Share covered twice or more, by different passes or by one that returns (0..1)."""
+    spill: float
+    """Area of film that is covered and not wanted, over the wanted area."""
+    deviation_median_deg: float
+    """Angle between line and director, within the wanted area [deg]."""
+    deviation_95_deg: float
+    passes: int
+    length_mm: float
+
+
+def tiling(
+    lines: Sequence[np.ndarray],
+    points_mm: np.ndarray,
+    triangles: np.ndarray,
+    q: np.ndarray,
+    *,
+    line_width_mm: float = 0.8,
+    least: float,
+) -> Tiling:
+    """Measure lines against the field that they follow; arguments as of `dense_lines`."""
+    field = MeshField(points_mm=np.asarray(points_mm, float), triangles=np.asarray(triangles), q=np.asarray(q, float))
+    film, wanted = _samples(field, least)
+    fine = [_fine(line) for line in lines]
+    if not fine:
+        return Tiling(
+            coverage=0.0 if wanted.any() else 1.0,
+            overlap=0.0,
+            spill=0.0,
+            deviation_median_deg=0.0,
+            deviation_95_deg=0.0,
+            passes=0,
+            length_mm=0.0,
+        )
+    points, tangent = (np.concatenate([part[k] for part in fine]) for k in (0, 1))
+    owner = np.repeat(np.arange(len(fine)), [len(part[0]) for part in fine])
+    times = _times_covered(film, points, owner, line_width_mm)
+    reading = field.at(points)
+    counted = (np.linalg.norm(reading.q, axis=1) >= least) & (reading.beyond_mm < 1e-6)
+    director = np.arctan2(reading.q[counted, 1], reading.q[counted, 0]) / 2
+    off = np.arctan2(tangent[counted, 1], tangent[counted, 0]) - director
+    off = np.degrees(np.abs((off + np.pi / 2) % np.pi - np.pi / 2))
+    area = max(1, int(wanted.sum()))
+    return Tiling(
+        coverage=float((times[wanted] > 0).sum() / area),
+        overlap=float((times[wanted] > 1).sum() / area),
+        spill=float((times[~wanted] > 0).sum() / area),
+        deviation_median_deg=float(np.median(off)) if len(off) else 0.0,
+        deviation_95_deg=float(np.percentile(off, 95)) if len(off) else 0.0,
+        passes=len(fine),
+        length_mm=float(sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)),
+    )
+
+
+def _samples(field: MeshField, least: float) -> tuple[np.ndarray, np.ndarray]:
+    """Points of the film on a fine grid [mm], shape [n, 2], and which of them are wanted, shape [n], bool."""
+    low, high = field.points_mm.min(axis=0), field.points_mm.max(axis=0)
+    axes = [np.arange(low[k] + SAMPLE_MM / 2, high[k], SAMPLE_MM) for k in (0, 1)]
+    film = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    reading = field.at(film)
+    on_film = reading.beyond_mm < 1e-9
+    return film[on_film], np.linalg.norm(reading.q[on_film], axis=1) >= least
+
+
+def _fine(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points on a line at equal distances [mm], shape [k, 2], and the tangent at each, shape [k, 2]."""
+    step = np.diff(line, axis=0)
+    length = np.linalg.norm(step, axis=1)
+    along = np.concatenate([[0.0], np.cumsum(length)])
+    places = np.linspace(0, along[-1], max(2, round(along[-1] / FINE_MM) + 1))
+    segment = np.clip(np.searchsorted(along, places, side="right") - 1, 0, len(length) - 1)
+    points = np.stack([np.interp(places, along, line[:, axis]) for axis in (0, 1)], axis=1)
+    return points, step[segment] / np.maximum(length[segment], 1e-300)[:, None]
+
+
+def _times_covered(film: np.ndarray, points: np.ndarray, owner: np.ndarray, width: float) -> np.ndarray:
+    """Count, for each film point, the separate stretches of lines within half a width, shape [n], int."""
+    # Discs of this radius around the fine points cover as much as the line's own width.
+    reach = np.sqrt((width / 2) ** 2 + FINE_MM**2 / 12)
+    pairs = KDTree(film).sparse_distance_matrix(KDTree(points), reach, output_type="ndarray")
+    order = np.lexsort((pairs["j"], pairs["i"]))
+    at, by = pairs["i"][order], pairs["j"][order]
+    gap = np.diff(by) * FINE_MM > width / 2
+    begins = np.concatenate([[True], (np.diff(at) > 0) | (np.diff(owner[by]) > 0) | gap])
+    return np.bincount(at[begins], minlength=len(film))

@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+from scipy.spatial import Delaunay
+
+from planner.errors import InputError
+from planner.toolpaths.dense import dense_lines, tiling
+
+Mesh = tuple[np.ndarray, np.ndarray]
+
+
+def sheet(width: float, height: float) -> Mesh:
+    axes = [np.linspace(-side / 2, side / 2, round(side) + 1) for side in (width, height)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    return points, Delaunay(points).simplices
+
+
+def director(angle: np.ndarray) -> np.ndarray:
+    return 0.2 * np.stack([np.cos(2 * angle), np.sin(2 * angle)], axis=1)
+
+
+@pytest.fixture(scope="module")
+def film() -> Mesh:
+    return sheet(24, 18)
+
+
+@pytest.mark.parametrize("name", ["constant", "azimuth", "plus half", "minus half"])
+def test_lines_tile_the_film_along_the_director(film: Mesh, name: str) -> None:
+    points, triangles = film
+    around = np.arctan2(points[:, 1], points[:, 0])
+    angle = {
+        "constant": np.full(len(points), 0.4),
+        "azimuth": around + np.pi / 2,
+        "plus half": around / 2,
+        "minus half": -around / 2,
+    }
+    q = director(angle[name])
+    found = tiling(dense_lines(points, triangles, q), points, triangles, q, least=0.02)
+    assert found.coverage >= 0.97
+    assert found.overlap <= 0.03
+    assert found.deviation_median_deg <= 5
+    assert found.deviation_95_deg <= 15
+
+
+def test_nothing_wanted_gives_no_lines(film: Mesh) -> None:
+    points, triangles = film
+    assert dense_lines(points, triangles, np.zeros_like(points)) == []
+    assert tiling([], points, triangles, np.zeros_like(points), least=0.02).coverage == 1
+
+
+def test_tiling_of_two_lines_is_that_counted_by_hand(film: Mesh) -> None:
+    points, triangles = film
+    q = director(np.zeros(len(points)))
+    lines = [np.array([(-13.0, y), (13.0, y)]) for y in (0.0, 0.6)]
+    found = tiling(lines, points, triangles, q, least=0.02)
+    assert found.coverage == pytest.approx(1.4 / 18, abs=0.003)
+    assert found.overlap == pytest.approx(0.2 / 18, abs=0.003)
+    assert found.deviation_95_deg == 0
+    assert found.length_mm == 52
+    there_and_back = np.array([(-13.0, 0.0), (13.0, 0.0), (13.0, 0.6), (-13.0, 0.6)])
+    assert tiling([there_and_back], points, triangles, q, least=0.02).overlap == pytest.approx(0.2 / 18, abs=0.003)
+
+
+def test_wrong_arrays_are_told(film: Mesh) -> None:
+    points, triangles = film
+    with pytest.raises(InputError, match="shape"):
+        dense_lines(points, triangles, np.zeros(len(points)))
+    with pytest.raises(InputError, match="line_width_mm"):
+        dense_lines(points, triangles, np.zeros_like(points), line_width_mm=0)
