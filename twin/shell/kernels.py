@@ -1,6 +1,7 @@
 """Warp kernels of the layered shell: energy, gradient and Hessian of a triangle mesh.
 
 Everything is in double precision, lengths in mm, energies divided by the reference shear modulus mu [mm^3].
+Several worlds, films of one mesh, lie in the arrays one after another, unconnected; a launch works on some of them.
 One triangle T with vertices q0, q1, q2 carries the first fundamental form a and the second form b from mid-edge
 normals, both pulled back to an orthonormal frame of the flat film. Symmetric 2x2 tensors are stored as (11, 12, 22).
 
@@ -89,6 +90,12 @@ class Response:
 
 
 @wp.func
+def place_of(item: int, worlds: wp.array(dtype=wp.int32), each: int) -> int:
+    """Place of an item of a launch over some worlds, which have `each` items one after another."""
+    return worlds[item / each] * each + item % each
+
+
+@wp.func
 def pull_back(edge_form: vec3, t: wp.mat22d) -> vec3:
     """Express a form given on the edge vectors in the orthonormal frame: T^t I T."""
     return vec3(
@@ -144,9 +151,16 @@ def hat_own(geometry: Geometry, t: int, k: int) -> vec3:
 
 
 @wp.kernel
-def triangle_geometry(topology: Topology, q: wp.array(dtype=wp.vec3d), first: int, geometry: Geometry):
+def triangle_geometry(
+    topology: Topology,
+    q: wp.array(dtype=wp.vec3d),
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
+    first: int,
+    geometry: Geometry,
+):
     """Write the unit normal and the hat gradients of each deformed triangle."""
-    t = first + wp.tid()
+    t = place_of(first + wp.tid(), worlds, each)
     q0 = q[topology.stencil[t, 0]]
     q1 = q[topology.stencil[t, 1]]
     q2 = q[topology.stencil[t, 2]]
@@ -184,11 +198,13 @@ def triangle_energy(
     rest: Rest,
     q: wp.array(dtype=wp.vec3d),
     geometry: Geometry,
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
     first: int,
     energy: wp.array(dtype=wp.float64),
 ):
     """Write area * W of each triangle; a film folded through its own thickness has infinite energy."""
-    t = first + wp.tid()
+    t = place_of(first + wp.tid(), worlds, each)
     q0 = q[topology.stencil[t, 0]]
     e1 = q[topology.stencil[t, 1]] - q0
     e2 = q[topology.stencil[t, 2]] - q0
@@ -270,11 +286,13 @@ def triangle_response(
     geometry: Geometry,
     second_order: int,
     clamp: int,
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
     first: int,
     response: Response,
 ):
     """Write stress, stiffness (clamped to positive semi-definite if asked) and strain derivatives."""
-    t = first + wp.tid()
+    t = place_of(first + wp.tid(), worlds, each)
     frame = topology.frame[t]
     q0 = q[topology.stencil[t, 0]]
     e1 = q[topology.stencil[t, 1]] - q0
@@ -434,11 +452,13 @@ def vertex_gradient(
     start: wp.array(dtype=wp.int32),
     triangle: wp.array(dtype=wp.int32),
     slot: wp.array(dtype=wp.int32),
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
     first: int,
     gradient: wp.array(dtype=wp.vec3d),
 ):
     """Gather dE/dq of each vertex from the triangles whose stencil it belongs to (no atomics: same sum each time)."""
-    v = first + wp.tid()
+    v = place_of(first + wp.tid(), worlds, each)
     g = vec3()
     for i in range(start[v], start[v + 1]):
         t = triangle[i]
@@ -585,6 +605,8 @@ def hessian_blocks(
     target: wp.array(dtype=wp.vec3i),
     diagonal: wp.array(dtype=wp.int32),
     clamp: int,
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
     first: int,
     values: wp.array(dtype=wp.float64),
 ):
@@ -592,7 +614,7 @@ def hessian_blocks(
 
     `contribution` lists (triangle, k, l) of each block; `target` the place of each row's first value.
     """
-    block = first + wp.tid()
+    block = place_of(first + wp.tid(), worlds, each)
     h = mat33()
     for i in range(start[block], start[block + 1]):
         c = contribution[i]
@@ -634,12 +656,14 @@ def plate_energy(z: wp.float64, stiffness: wp.float64, reach: wp.float64) -> wp.
 @wp.kernel
 def add_loads(
     area: wp.array(dtype=wp.float64),
-    weight: wp.float64,
+    weight: wp.array(dtype=wp.float64),
     plate: wp.float64,
     reach: wp.float64,
     q: wp.array(dtype=wp.vec3d),
     diagonal_place: wp.array(dtype=wp.int32),
     second_order: int,
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
     first: int,
     energy: wp.array(dtype=wp.float64),
     gradient: wp.array(dtype=wp.vec3d),
@@ -649,11 +673,11 @@ def add_loads(
 
     Weight: A rho g H / mu z. Plate: A times `plate_energy`, without friction or adhesion.
     """
-    v = first + wp.tid()
+    v = place_of(first + wp.tid(), worlds, each)
     z = q[v][2]
     contact = plate_energy(z, plate, reach)
-    energy[v] = area[v] * (weight * z + contact[0])
-    gradient[v] = gradient[v] + vec3(ZERO, ZERO, area[v] * (weight + contact[1]))
+    energy[v] = area[v] * (weight[v] * z + contact[0])
+    gradient[v] = gradient[v] + vec3(ZERO, ZERO, area[v] * (weight[v] + contact[1]))
     if second_order == 1:
         place = diagonal_place[v]
         values[place] = values[place] + area[v] * contact[2]
