@@ -12,9 +12,14 @@ from planner.toolpaths.dense.stripes import stripes
 LEAST = 0.02
 """Contraction below which film is left unaligned."""
 FINE_MM = 0.1
-SMOOTHING_MM = 0.2
-STEP_MM = 0.4
-SHORTEST_MM = 1.2
+SMOOTHING_LINES = 0.3
+"""Standard deviation of the smoothing along a line, in line widths: rounds the grid's steps and kinks."""
+RELIEF_LINES = 0.25
+"""Lines that end inside the region end this much earlier, in line widths: their round ends meet their neighbours."""
+STEP_LINES = 0.5
+"""Distance between the points of a finished line, in line widths."""
+SHORTEST_LINES = 2.0
+"""Shorter lines, in line widths, are left out."""
 
 
 def dense_lines(
@@ -51,32 +56,33 @@ def dense_lines(
         return []
     lines = []
     for ridge in ridge_lines(grid, stripes(grid, line_width_mm, seed)):
-        smooth = _smoothed(ridge)
-        lines += [_spaced(part, STEP_MM) for part in _kept(smooth, grid, line_width_mm)]
-    return [line for line in lines if _length(line) >= SHORTEST_MM]
+        parts = _kept(_smoothed(ridge, line_width_mm), grid, line_width_mm)
+        lines += [_spaced(part, STEP_LINES * line_width_mm) for part in parts]
+    return [line for line in lines if _length(line) >= SHORTEST_LINES * line_width_mm]
 
 
 def _kept(line: np.ndarray, grid: FieldGrid, width: float) -> list[np.ndarray]:
     """Cut a line a quarter of its width outside the wanted region, or half its width beyond the film's edge."""
     edge = np.minimum(grid.read(grid.beyond_film_mm, line), width / 4)
     inside = grid.read(grid.outside_mm, line) - edge < width / 4
-    if inside.all():
-        return [line]
-    ring = bool(np.array_equal(line[0], line[-1]))
-    if ring:
+    if len(line) < 2 or inside.all():
+        return [line] if len(line) > 1 else []
+    if np.array_equal(line[0], line[-1]):
         turn = int(np.argmin(inside[:-1]))
         line, inside = np.roll(line[:-1], -turn, axis=0), np.roll(inside[:-1], -turn)
     ends = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
     return [line[begin:end] for begin, end in ends.reshape(-1, 2) if end - begin > 1]
 
 
-def _smoothed(line: np.ndarray) -> np.ndarray:
+def _smoothed(line: np.ndarray, width: float) -> np.ndarray:
+    """Round a ridge, and shorten it at both ends unless it is a ring; what is too short becomes empty."""
     fine = _spaced(line, FINE_MM)
-    sigma = SMOOTHING_MM / FINE_MM
+    sigma = SMOOTHING_LINES * width / FINE_MM
     if np.array_equal(line[0], line[-1]):
         ring = gaussian_filter1d(fine[:-1], sigma, axis=0, mode="wrap")
         return np.vstack([ring, ring[:1]])
-    return gaussian_filter1d(fine, sigma, axis=0, mode="nearest")
+    relief = round(RELIEF_LINES * width / FINE_MM)
+    return gaussian_filter1d(fine, sigma, axis=0, mode="nearest")[relief : len(fine) - relief]
 
 
 def _spaced(line: np.ndarray, step_mm: float) -> np.ndarray:

@@ -8,12 +8,16 @@ from scipy.fft import irfft2, rfft2
 
 from planner.toolpaths.dense.grid import FieldGrid
 
-GROWTH = 0.3
+GROWTH = 0.2
+"""r below: how firmly stripes form; softer stripes end and bend more freely."""
 OUTSIDE_GROWTH = -0.2
-ALIGNMENT = 0.5
-TIME_STEP = 1.5
-STEPS = 300
+"""r where nothing is wanted: stripes die out there and may end anywhere."""
+ALIGNMENT = (2.0, 1.0)
+"""a below, from the first step to the middle one, and from there on: stiff stripes first find long ways, then give."""
+TIME_STEP = 3.0
+STEPS = 400
 OVERRUN_LINES = 1.5
+"""Stripes go on this far outside the wanted region, in line widths: what they do at their border is cut away."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -45,17 +49,21 @@ def stripes(grid: FieldGrid, line_width_mm: float, seed: int) -> Stripes:
     kx = (2 * np.pi * unit * np.fft.fftfreq(size[0], grid.cell_mm))[:, None].astype(np.float32)
     ky = (2 * np.pi * unit * np.fft.rfftfreq(size[1], grid.cell_mm))[None, :].astype(np.float32)
     ikx, iky = (1j * kx).astype(np.complex64), (1j * ky).astype(np.complex64)
-    damping = 1 / (1 + TIME_STEP * (1 - kx**2 - ky**2) ** 2)
     near = grid.outside_mm < OVERRUN_LINES * line_width_mm
     growth = np.where(near, GROWTH, OUTSIDE_GROWTH).astype(np.float32)
     nx, ny = np.cos(grid.theta_rad).astype(np.float32), np.sin(grid.theta_rad).astype(np.float32)
     noise = np.random.default_rng(seed).normal(scale=0.01, size=size).astype(np.float32)
     wave = _forward(noise)
-    for _ in range(STEPS):
+    square = kx**2 + ky**2
+    spacing = (1 - square) ** 2
+    for step in range(STEPS):
+        align = np.float32(np.interp(step, (0, STEPS / 2), ALIGNMENT))
+        # Half the alignment taken from all directions alike, implicitly, keeps the explicit step stable.
+        steady = align / 2 * square
         height = _backward(wave, size)
-        along = ALIGNMENT * (nx * _backward(ikx * wave, size) + ny * _backward(iky * wave, size))
+        along = align * (nx * _backward(ikx * wave, size) + ny * _backward(iky * wave, size))
         push = _forward((growth - height**2) * height) + ikx * _forward(nx * along) + iky * _forward(ny * along)
-        wave = damping * (wave + TIME_STEP * push)
+        wave = (wave + TIME_STEP * (steady * wave + push)) / (1 + TIME_STEP * (spacing + steady))
     slope = np.stack([_backward(ikx * wave, size), _backward(iky * wave, size)])
     return Stripes(height=_backward(wave, size), slope=slope)
 
