@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial import Delaunay
 
 from planner.errors import InputError
-from planner.toolpaths.dense import dense_lines, tiling
+from planner.toolpaths.dense import MeshField, dense_lines, tiling
 
 Mesh = tuple[np.ndarray, np.ndarray]
 
@@ -33,8 +33,8 @@ def test_lines_tile_the_film_along_the_director(film: Mesh, name: str) -> None:
         "plus half": around / 2,
         "minus half": -around / 2,
     }
-    q = director(angle[name])
-    found = tiling(dense_lines(points, triangles, q), points, triangles, q, least=0.02)
+    field = MeshField(points_mm=points, triangles=triangles, q=director(angle[name]))
+    found = tiling(dense_lines(field), field)
     assert found.coverage >= 0.97
     assert found.overlap <= 0.03
     assert found.deviation_median_deg <= 5
@@ -43,26 +43,27 @@ def test_lines_tile_the_film_along_the_director(film: Mesh, name: str) -> None:
 
 def test_nothing_wanted_gives_no_lines(film: Mesh) -> None:
     points, triangles = film
-    assert dense_lines(points, triangles, np.zeros_like(points)) == []
-    assert tiling([], points, triangles, np.zeros_like(points), least=0.02).coverage == 1
+    field = MeshField(points_mm=points, triangles=triangles, q=np.zeros_like(points))
+    assert dense_lines(field) == []
+    assert tiling([], field).coverage == 1
 
 
 def test_tiling_of_two_lines_is_that_counted_by_hand(film: Mesh) -> None:
     points, triangles = film
-    q = director(np.zeros(len(points)))
+    field = MeshField(points_mm=points, triangles=triangles, q=director(np.zeros(len(points))))
     lines = [np.array([(-13.0, y), (13.0, y)]) for y in (0.0, 0.6)]
-    found = tiling(lines, points, triangles, q, least=0.02)
+    found = tiling(lines, field)
     assert found.coverage == pytest.approx(1.4 / 18, abs=0.003)
     assert found.overlap == pytest.approx(0.2 / 18, abs=0.003)
     assert found.deviation_95_deg == 0
     assert found.length_mm == 52
     there_and_back = np.array([(-13.0, 0.0), (13.0, 0.0), (13.0, 0.6), (-13.0, 0.6)])
-    assert tiling([there_and_back], points, triangles, q, least=0.02).overlap == pytest.approx(0.2 / 18, abs=0.003)
+    assert tiling([there_and_back], field).overlap == pytest.approx(0.2 / 18, abs=0.003)
 
 
 def test_wrong_arrays_are_told(film: Mesh) -> None:
     points, triangles = film
     with pytest.raises(InputError, match="shape"):
-        dense_lines(points, triangles, np.zeros(len(points)))
+        MeshField(points_mm=points, triangles=triangles, q=np.zeros(len(points)))
     with pytest.raises(InputError, match="line_width_mm"):
-        dense_lines(points, triangles, np.zeros_like(points), line_width_mm=0)
+        dense_lines(MeshField(points_mm=points, triangles=triangles, q=np.zeros_like(points)), line_width_mm=0)

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.fft
 from scipy.ndimage import distance_transform_edt, gaussian_filter, map_coordinates
 
-from planner.toolpaths.dense.mesh_field import MeshField
+from planner.toolpaths.dense.director_field import DirectorField
 
 CELLS_PER_LINE = 5
 """Grid cells across a line: the stripes' third harmonic, which the cubic term makes, does not fold back."""
@@ -36,10 +36,10 @@ class FieldGrid:
         return map_coordinates(values, ((xy_mm - self.origin_mm) / self.cell_mm).T, order=1, mode="nearest")
 
 
-def field_grid(field: MeshField, line_width_mm: float, least: float) -> FieldGrid:
+def field_grid(field: DirectorField, line_width_mm: float, least: float) -> FieldGrid:
     """Sample a field; where |q| < `least` nothing is wanted and the region's directions go on smoothly."""
     cell, rim = line_width_mm / CELLS_PER_LINE, RIM_LINES * line_width_mm
-    low, high = field.points_mm.min(axis=0) - rim, field.points_mm.max(axis=0) + rim
+    low, high = field.box_mm[0] - rim, field.box_mm[1] + rim
     size = tuple(_fast_length(int(np.ceil(extent / cell)) + 1) for extent in high - low)
     axes = [low[k] + cell * np.arange(size[k]) for k in (0, 1)]
     reading = field.at(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2))

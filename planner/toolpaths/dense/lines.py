@@ -4,8 +4,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from planner.errors import InputError
+from planner.toolpaths.dense.director_field import DirectorField
 from planner.toolpaths.dense.grid import FieldGrid, field_grid
-from planner.toolpaths.dense.mesh_field import MeshField
 from planner.toolpaths.dense.ridges import ridge_lines
 from planner.toolpaths.dense.stripes import stripes
 
@@ -23,34 +23,25 @@ SHORTEST_LINES = 2.0
 
 
 def dense_lines(
-    points_mm: np.ndarray,
-    triangles: np.ndarray,
-    q: np.ndarray,
-    *,
-    line_width_mm: float = 0.8,
-    least: float = LEAST,
-    seed: int = 0,
+    field: DirectorField, *, line_width_mm: float = 0.8, least: float = LEAST, seed: int = 0
 ) -> list[np.ndarray]:
     """Cover the film where |q| >= `least` with lines along the director, one width apart.
 
     Args:
-        points_mm: vertices of the flat film's mesh [mm], shape [n, 2].
-        triangles: vertex indices, shape [m, 3].
-        q: alignment at the vertices, e (cos 2 theta, sin 2 theta), shape [n, 2].
+        field: what the film should be; `MeshField(points_mm=..., triangles=..., q=...)` on the flat film's mesh.
         line_width_mm: width that a pass aligns [mm].
-        least: strength below which nothing is scratched.
+        least: strength |q| below which nothing is scratched.
         seed: of the noise that the lines grow from.
 
     Returns:
         Polylines [mm], shapes [k, 2]; rings repeat their first point.
 
     Raises:
-        InputError: for arrays that do not belong together, or values that are not finite.
+        InputError: for a width that is not positive.
 
     """
     if not (np.isfinite(line_width_mm) and line_width_mm > 0):
         raise InputError(f"line_width_mm is {line_width_mm}, allowed is a positive length in mm; give 0.8")
-    field = MeshField(points_mm=np.asarray(points_mm, float), triangles=np.asarray(triangles), q=np.asarray(q, float))
     grid = field_grid(field, line_width_mm, least)
     if not np.isfinite(grid.outside_mm).any():
         return []

@@ -1,21 +1,12 @@
 """An alignment field given at the vertices of the flat film's mesh, read anywhere on it."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import igl
 import numpy as np
 
 from planner.errors import InputError
-
-
-class Reading(NamedTuple):
-    """A field at points of the plane."""
-
-    q: np.ndarray
-    """Alignment vectors, at the nearest point of the film where a point lies beyond its edge, shape [n, 2]."""
-    beyond_mm: np.ndarray
-    """Distance from the film, 0 on it [mm], shape [n]."""
+from planner.toolpaths.dense.director_field import Reading
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -42,6 +33,11 @@ class MeshField:
                 "a field for dense lines has values that are not finite, allowed are finite numbers; set q to 0 where "
                 "nothing is wanted"
             )
+
+    @property
+    def box_mm(self) -> np.ndarray:
+        """Lowest and highest corner of the film [mm], shape [2, 2]."""
+        return np.stack([self.points_mm.min(axis=0), self.points_mm.max(axis=0)])
 
     def at(self, xy_mm: np.ndarray) -> Reading:
         """Read the field at points [mm], shape [n, 2]."""

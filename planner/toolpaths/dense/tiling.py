@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from planner.toolpaths.dense.mesh_field import MeshField
+from planner.toolpaths.dense.director_field import DirectorField
+from planner.toolpaths.dense.lines import LEAST
 
 SAMPLE_MM = 0.1
 """Distance between the points of the film that are looked at."""
@@ -32,16 +33,9 @@ class Tiling:
 
 
 def tiling(
-    lines: Sequence[np.ndarray],
-    points_mm: np.ndarray,
-    triangles: np.ndarray,
-    q: np.ndarray,
-    *,
-    line_width_mm: float = 0.8,
-    least: float,
+    lines: Sequence[np.ndarray], field: DirectorField, *, line_width_mm: float = 0.8, least: float = LEAST
 ) -> Tiling:
     """Measure lines against the field that they follow; arguments as of `dense_lines`."""
-    field = MeshField(points_mm=np.asarray(points_mm, float), triangles=np.asarray(triangles), q=np.asarray(q, float))
     film, wanted = _samples(field, least)
     fine = [_fine(line) for line in lines]
     if not fine:
@@ -74,9 +68,9 @@ def tiling(
     )
 
 
-def _samples(field: MeshField, least: float) -> tuple[np.ndarray, np.ndarray]:
+def _samples(field: DirectorField, least: float) -> tuple[np.ndarray, np.ndarray]:
     """Points of the film on a fine grid [mm], shape [n, 2], and which of them are wanted, shape [n], bool."""
-    low, high = field.points_mm.min(axis=0), field.points_mm.max(axis=0)
+    low, high = field.box_mm
     axes = [np.arange(low[k] + SAMPLE_MM / 2, high[k], SAMPLE_MM) for k in (0, 1)]
     film = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     reading = field.at(film)
