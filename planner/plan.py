@@ -38,6 +38,7 @@ from planner.toolpaths import (
     CutLine,
     Side,
     SideFigures,
+    Tracer,
     aligned_layers,
     cut_line,
     plan_side,
@@ -83,6 +84,7 @@ def plan(
     *,
     method: Literal["perpendicular", "maximum"] = "perpendicular",
     flattening: Literal["arap", "grid"] = "arap",
+    tracer: Tracer = "greedy",
     calibration: Calibration | None = None,
     machine: Machine | None = None,
     seed: int = 0,
@@ -96,6 +98,7 @@ def plan(
         target: the surface that the hot film should become.
         method: which direction at each point is scratched; see `curvature_field`.
         flattening: how the surface is laid flat; see `flatten`.
+        tracer: how passes are laid through the field: `greedy` as in the paper, `dense` to tile it without gaps.
         calibration: post settings to bending radii; None: the placeholder, which is not measured.
         machine: for times and the preflight; None: the paper's machine.
         seed: of the random starting points of passes.
@@ -136,7 +139,7 @@ def plan(
         tight += int((radius < limits.radius_mm_min).sum())
         wide += int((radius > limits.radius_mm_max).sum())
         ordered[side], figures[side] = plan_side(
-            side, points[mine], direction[mine], field.curvature_per_mm[mine], rng, calibration, stack
+            side, points[mine], direction[mine], field.curvature_per_mm[mine], rng, calibration, stack, tracer
         )
     if not (ordered["convex"] or ordered["concave"]):
         raise InputError(
@@ -161,6 +164,7 @@ def plan(
                 "margin_mm": float(margin_mm),
                 "max_turn_deg": MAX_TURN_DEG,
                 "step_mm": STEP_MM,
+                "tracer": tracer,
             },
         ),
         calibration=calibration.record,

@@ -11,6 +11,7 @@ from planner.toolpaths.sides import (
     STEP_MM,
     Side,
     SideFigures,
+    Tracer,
     aligned_layers,
     plan_side,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "Side",
     "SideFigures",
     "TracedPass",
+    "Tracer",
     "Tracing",
     "aligned_layers",
     "coverage",

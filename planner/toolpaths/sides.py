@@ -8,11 +8,14 @@ import numpy as np
 from planner.calibration import Calibration
 from planner.program import Pass
 from planner.toolpaths.coverage import Coverage, coverage
+from planner.toolpaths.dense import CLOUD_LEAST, Tiling, cloud_field, tiling, trace_dense
 from planner.toolpaths.order import order_passes
 from planner.toolpaths.settings import set_passes
-from planner.toolpaths.trace import trace_passes
+from planner.toolpaths.trace import Tracing, trace_passes
 
 Side = Literal["convex", "concave"]
+Tracer = Literal["greedy", "dense"]
+"""`greedy`: the paper's paths, point by point through the cloud. `dense`: lines that tile the patterned region."""
 
 SIDES: dict[Side, int] = {"convex": 1, "concave": -1}
 """Each side with the sign of its curvature, seen from above."""
@@ -36,6 +39,8 @@ class SideFigures:
     radius_error: float
     """Mean of |given / wanted - 1| over the passes' segments: what the choice of one load for a pass costs."""
     coverage: Coverage
+    tiling: Tiling
+    """How well the passes fill the patterned region, and follow its smoothed directions."""
 
 
 def aligned_layers(layers: int, side: Side) -> tuple[int, ...]:
@@ -52,6 +57,7 @@ def plan_side(
     rng: np.random.Generator,
     calibration: Calibration,
     stack: tuple[tuple[float, ...], tuple[int, ...]],
+    tracer: Tracer = "greedy",
 ) -> tuple[tuple[Pass, ...], SideFigures]:
     """Trace, set and order the passes of one side.
 
@@ -63,17 +69,21 @@ def plan_side(
         rng: chooses the starting points.
         calibration: post settings to bending radii.
         stack: thickness of each layer [mm], and which of them are scratched.
+        tracer: how passes are traced.
 
     """
-    tracing = trace_passes(
-        points,
-        direction,
-        curvature,
-        rng,
-        step_mm=STEP_MM,
-        max_turn_rad=np.radians(MAX_TURN_DEG),
-        line_width_mm=LINE_WIDTH_MM,
-    )
+    if tracer == "dense":
+        tracing = trace_dense(points, direction, curvature, rng, line_width_mm=LINE_WIDTH_MM)
+    else:
+        tracing = trace_passes(
+            points,
+            direction,
+            curvature,
+            rng,
+            step_mm=STEP_MM,
+            max_turn_rad=np.radians(MAX_TURN_DEG),
+            line_width_mm=LINE_WIDTH_MM,
+        )
     middle = [(stroke.curvature_per_mm[1:] + stroke.curvature_per_mm[:-1]) / 2 for stroke in tracing.passes]
     radius = [calibration.strip_radius_mm(1 / values, *stack) for values in middle]
     chosen = set_passes(tracing.passes, radius, calibration, side)
@@ -87,5 +97,14 @@ def plan_side(
         covered_share=float(tracing.covered.mean()) if len(points) else 1.0,
         radius_error=float(off.mean()) if len(off) else 0.0,
         coverage=coverage(passes, LINE_WIDTH_MM),
+        tiling=_tiling(tracing, points, direction),
     )
     return passes, figures
+
+
+def _tiling(tracing: Tracing, points: np.ndarray, direction: np.ndarray) -> Tiling:
+    if len(points) == 0:
+        return Tiling.of_nothing(wanted=False)
+    field = cloud_field(points, direction, LINE_WIDTH_MM)
+    lines = [stroke.points_mm for stroke in tracing.passes]
+    return tiling(lines, field, line_width_mm=LINE_WIDTH_MM, least=CLOUD_LEAST)

@@ -6,6 +6,7 @@ from scipy.ndimage import gaussian_filter1d
 from planner.errors import InputError
 from planner.toolpaths.dense.director_field import DirectorField
 from planner.toolpaths.dense.grid import FieldGrid, field_grid
+from planner.toolpaths.dense.polyline import length_mm, spaced
 from planner.toolpaths.dense.ridges import ridge_lines
 from planner.toolpaths.dense.stripes import stripes
 
@@ -48,8 +49,8 @@ def dense_lines(
     lines = []
     for ridge in ridge_lines(grid, stripes(grid, line_width_mm, seed)):
         parts = _kept(_smoothed(ridge, line_width_mm), grid, line_width_mm)
-        lines += [_spaced(part, STEP_LINES * line_width_mm) for part in parts]
-    return [line for line in lines if _length(line) >= SHORTEST_LINES * line_width_mm]
+        lines += [spaced(part, STEP_LINES * line_width_mm) for part in parts]
+    return [line for line in lines if length_mm(line) >= SHORTEST_LINES * line_width_mm]
 
 
 def _kept(line: np.ndarray, grid: FieldGrid, width: float) -> list[np.ndarray]:
@@ -67,21 +68,10 @@ def _kept(line: np.ndarray, grid: FieldGrid, width: float) -> list[np.ndarray]:
 
 def _smoothed(line: np.ndarray, width: float) -> np.ndarray:
     """Round a ridge, and shorten it at both ends unless it is a ring; what is too short becomes empty."""
-    fine = _spaced(line, FINE_MM)
+    fine = spaced(line, FINE_MM)
     sigma = SMOOTHING_LINES * width / FINE_MM
     if np.array_equal(line[0], line[-1]):
         ring = gaussian_filter1d(fine[:-1], sigma, axis=0, mode="wrap")
         return np.vstack([ring, ring[:1]])
     relief = round(RELIEF_LINES * width / FINE_MM)
     return gaussian_filter1d(fine, sigma, axis=0, mode="nearest")[relief : len(fine) - relief]
-
-
-def _spaced(line: np.ndarray, step_mm: float) -> np.ndarray:
-    """Place points on a line at equal distances of about `step_mm`."""
-    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-    places = np.linspace(0, along[-1], max(2, round(along[-1] / step_mm) + 1))
-    return np.stack([np.interp(places, along, line[:, axis]) for axis in (0, 1)], axis=1)
-
-
-def _length(line: np.ndarray) -> float:
-    return float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())

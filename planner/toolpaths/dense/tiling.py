@@ -8,6 +8,7 @@ from scipy.spatial import KDTree
 
 from planner.toolpaths.dense.director_field import DirectorField
 from planner.toolpaths.dense.lines import LEAST
+from planner.toolpaths.dense.polyline import length_mm, spaced
 
 SAMPLE_MM = 0.1
 """Distance between the points of the film that are looked at."""
@@ -31,16 +32,11 @@ class Tiling:
     passes: int
     length_mm: float
 
-
-def tiling(
-    lines: Sequence[np.ndarray], field: DirectorField, *, line_width_mm: float = 0.8, least: float = LEAST
-) -> Tiling:
-    """Measure lines against the field that they follow; arguments as of `dense_lines`."""
-    film, wanted = _samples(field, least)
-    fine = [_fine(line) for line in lines]
-    if not fine:
-        return Tiling(
-            coverage=0.0 if wanted.any() else 1.0,
+    @classmethod
+    def of_nothing(cls, *, wanted: bool) -> "Tiling":
+        """Describe no lines at all, where some or nothing is wanted."""
+        return cls(
+            coverage=0.0 if wanted else 1.0,
             overlap=0.0,
             spill=0.0,
             deviation_median_deg=0.0,
@@ -48,8 +44,18 @@ def tiling(
             passes=0,
             length_mm=0.0,
         )
-    points, tangent = (np.concatenate([part[k] for part in fine]) for k in (0, 1))
-    owner = np.repeat(np.arange(len(fine)), [len(part[0]) for part in fine])
+
+
+def tiling(
+    lines: Sequence[np.ndarray], field: DirectorField, *, line_width_mm: float = 0.8, least: float = LEAST
+) -> Tiling:
+    """Measure lines against the field that they follow; arguments as of `dense_lines`."""
+    film, wanted = _samples(field, least)
+    if not lines:
+        return Tiling.of_nothing(wanted=bool(wanted.any()))
+    fine = [spaced(line, FINE_MM) for line in lines]
+    points, tangent = np.concatenate(fine), np.concatenate([np.gradient(line, axis=0) for line in fine])
+    owner = np.repeat(np.arange(len(fine)), [len(line) for line in fine])
     times = _times_covered(film, points, owner, line_width_mm)
     reading = field.at(points)
     counted = (np.linalg.norm(reading.q, axis=1) >= least) & (reading.beyond_mm < 1e-6)
@@ -63,8 +69,8 @@ def tiling(
         spill=float((times[~wanted] > 0).sum() / area),
         deviation_median_deg=float(np.median(off)) if len(off) else 0.0,
         deviation_95_deg=float(np.percentile(off, 95)) if len(off) else 0.0,
-        passes=len(fine),
-        length_mm=float(sum(np.linalg.norm(np.diff(line, axis=0), axis=1).sum() for line in lines)),
+        passes=len(lines),
+        length_mm=sum(length_mm(line) for line in lines),
     )
 
 
@@ -76,17 +82,6 @@ def _samples(field: DirectorField, least: float) -> tuple[np.ndarray, np.ndarray
     reading = field.at(film)
     on_film = reading.beyond_mm < 1e-9
     return film[on_film], np.linalg.norm(reading.q[on_film], axis=1) >= least
-
-
-def _fine(line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points on a line at equal distances [mm], shape [k, 2], and the tangent at each, shape [k, 2]."""
-    step = np.diff(line, axis=0)
-    length = np.linalg.norm(step, axis=1)
-    along = np.concatenate([[0.0], np.cumsum(length)])
-    places = np.linspace(0, along[-1], max(2, round(along[-1] / FINE_MM) + 1))
-    segment = np.clip(np.searchsorted(along, places, side="right") - 1, 0, len(length) - 1)
-    points = np.stack([np.interp(places, along, line[:, axis]) for axis in (0, 1)], axis=1)
-    return points, step[segment] / np.maximum(length[segment], 1e-300)[:, None]
 
 
 def _times_covered(film: np.ndarray, points: np.ndarray, owner: np.ndarray, width: float) -> np.ndarray:
