@@ -37,7 +37,7 @@ def build_film(program: Program, options: FilmOptions | None = None) -> Film:
     outline = np.asarray(program.cut.line_mm)
     _check_mesh_size(outline, options.mesh_mm)
     flat, triangles = mesh_outline(outline, options.mesh_mm)
-    points = _inner_points(flat[triangles])
+    points = inner_points(flat[triangles])
     fading = None
     if options.fading_tau_h:
         fading = pass_strengths(program, options.machine or load_machine(), tau_h=options.fading_tau_h)
@@ -100,7 +100,7 @@ def _painted(
     )
 
 
-def _inner_points(corners: np.ndarray) -> np.ndarray:
+def inner_points(corners: np.ndarray) -> np.ndarray:
     """Return the centres of the SUBDIVISION^2 similar sub-triangles, shape [m, 3, 2] -> [m, points, 2]."""
     n = SUBDIVISION
     upright = [(3 * i + 1, 3 * j + 1) for i in range(n) for j in range(n - i)]
@@ -148,7 +148,7 @@ def film_of_field(
     """
     _check_mesh_size(outline_mm, mesh_mm)
     flat, triangles = mesh_outline(outline_mm, mesh_mm)
-    points = _inner_points(flat[triangles])
+    points = inner_points(flat[triangles])
     distance, nearest = KDTree(field.points_mm).query(points, distance_upper_bound=FIELD_REACH_MM)
     padded = np.concatenate((field.q, np.zeros((len(field.q), 1, 2))), axis=1)
     q = padded[:, np.where(np.isfinite(distance), nearest, field.q.shape[1])].mean(axis=2)

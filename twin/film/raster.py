@@ -33,6 +33,22 @@ class AlignmentRaster:
         return np.stack(values, axis=-1).reshape(points_mm.shape)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Strokes:
+    """A layer's passes cut into straight pieces, and which of them aligned each pixel last."""
+
+    origin_mm: np.ndarray
+    """Centre of pixel [0, 0] [mm], shape [2]."""
+    owner: np.ndarray
+    """Piece that aligned each pixel last, -1 where none did, shape [rows, columns], int."""
+    contraction: np.ndarray
+    """Contraction of each piece, shape [pieces]."""
+    director: np.ndarray
+    """(cos 2 theta, sin 2 theta) of each piece, shape [pieces, 2]."""
+    segment: np.ndarray
+    """Segment that each piece is a part of, counted through all passes in their order, shape [pieces], int."""
+
+
 def paint_passes(
     passes: Sequence[Pass],
     calibration: Calibration,
@@ -45,45 +61,81 @@ def paint_passes(
 ) -> AlignmentRaster:
     """Return what a layer remembers of the passes scratched into it, in their order.
 
-    The post aligns a stadium of `line_width_mm` around each segment along the segment's direction; where passes
-    overlap the later one overwrites, within one pass the nearest segment counts. Contraction follows from load and
-    speed by the calibration. `edge_blur_mm` is the standard deviation of a Gaussian that softens the lines' edges.
-
     Args:
         passes: the layer's passes.
         calibration: map from load [g] and speed [mm/s] to contraction.
         bounds_mm: lower left and upper right corner of the painted region [mm].
         line_width_mm: width of the scratched line [mm].
-        edge_blur_mm: standard deviation of the edge blur [mm], 0 for sharp edges.
+        edge_blur_mm: standard deviation of a Gaussian that softens the lines' edges [mm], 0 for sharp edges.
         end_length_mm: way that the post moves at the start of each pass before it aligns [mm].
         strength: factor on the contraction of each pass, as for fading, shape [passes]; None for 1.
     """
-    low, high = bounds_mm
-    columns, rows = np.ceil((high - low) / PIXEL_MM).astype(int) + 1
-    q = np.zeros((2, rows, columns))
-    if passes:
-        start, end, contraction, stroke = _pieces(passes, calibration, line_width_mm)
-        if strength is not None:
-            contraction = contraction * np.asarray(strength, dtype=float)[stroke]
-        if end_length_mm > 0.0:
-            kept, start = _dragged(start, end, stroke, end_length_mm)
-            start, end, contraction, stroke = start[kept], end[kept], contraction[kept], stroke[kept]
-        owner = _owners(start, end, stroke, low, (rows, columns), line_width_mm)
-        painted = owner >= 0
-        along = end - start
-        double = 2.0 * np.arctan2(along[:, 1], along[:, 0])
-        vectors = contraction * np.stack((np.cos(double), np.sin(double)))
-        q[:, painted] = vectors[:, owner[painted]]
+    strokes = follow_passes(
+        passes, calibration, bounds_mm, line_width_mm=line_width_mm, end_length_mm=end_length_mm, strength=strength
+    )
+    q = np.zeros((2, *strokes.owner.shape))
+    painted = strokes.owner >= 0
+    vectors = strokes.contraction * strokes.director.T
+    q[:, painted] = vectors[:, strokes.owner[painted]]
     if edge_blur_mm > 0.0:
         q = np.stack([gaussian_filter(part, edge_blur_mm / PIXEL_MM, mode="constant") for part in q])
-    return AlignmentRaster(origin_mm=np.asarray(low, dtype=float), q=q)
+    return AlignmentRaster(origin_mm=strokes.origin_mm, q=q)
+
+
+def follow_passes(
+    passes: Sequence[Pass],
+    calibration: Calibration,
+    bounds_mm: tuple[np.ndarray, np.ndarray],
+    *,
+    line_width_mm: float,
+    end_length_mm: float = 0.0,
+    strength: ArrayLike | None = None,
+) -> Strokes:
+    """Return which piece of which pass aligned each pixel last; arguments as of `paint_passes`.
+
+    The post aligns a stadium of `line_width_mm` around each segment along the segment's direction; where passes
+    overlap the later one overwrites, within one pass the nearest segment counts. Contraction follows from load and
+    speed by the calibration.
+    """
+    low, high = bounds_mm
+    columns, rows = np.ceil((high - low) / PIXEL_MM).astype(int) + 1
+    origin = np.asarray(low, dtype=float)
+    if not passes:
+        empty = np.empty(0)
+        owner = np.full((rows, columns), -1)
+        return Strokes(
+            origin_mm=origin,
+            owner=owner,
+            contraction=empty,
+            director=np.empty((0, 2)),
+            segment=np.empty(0, dtype=int),
+        )
+    start, end, contraction, stroke, segment = _pieces(passes, calibration, line_width_mm)
+    if strength is not None:
+        contraction = contraction * np.asarray(strength, dtype=float)[stroke]
+    if end_length_mm > 0.0:
+        kept, start = _dragged(start, end, stroke, end_length_mm)
+        start, end, contraction = start[kept], end[kept], contraction[kept]
+        stroke, segment = stroke[kept], segment[kept]
+    along = end - start
+    double = 2.0 * np.arctan2(along[:, 1], along[:, 0])
+    return Strokes(
+        origin_mm=origin,
+        owner=_owners(start, end, stroke, low, (int(rows), int(columns)), line_width_mm),
+        contraction=contraction,
+        director=np.stack((np.cos(double), np.sin(double)), axis=1),
+        segment=segment,
+    )
 
 
 def _pieces(
     passes: Sequence[Pass], calibration: Calibration, longest_mm: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Cut all passes into straight pieces no longer than the line is wide: start, end, contraction, pass of each."""
-    starts, ends, loads, speeds, strokes = [], [], [], [], []
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Cut all passes into straight pieces no longer than the line is wide.
+
+    Returns start, end, contraction, pass and segment of each.
+    """
+    starts, ends, loads, speeds, strokes, segments, before = [], [], [], [], [], [], 0
     for number, stroke in enumerate(passes):
         points = np.asarray(stroke.points_mm)
         load = np.broadcast_to(np.asarray(stroke.load_g, dtype=float), len(points))
@@ -97,8 +149,16 @@ def _pieces(
         loads.append(load[segment] + (first + 0.5 * step) * (load[segment + 1] - load[segment]))
         speeds.append(np.asarray(stroke.speed_mm_s)[segment])
         strokes.append(np.full(len(segment), number))
+        segments.append(before + segment)
+        before += len(count)
     contraction = calibration.contraction(np.concatenate(loads), np.concatenate(speeds))
-    return np.concatenate(starts), np.concatenate(ends), contraction, np.concatenate(strokes)
+    return (
+        np.concatenate(starts),
+        np.concatenate(ends),
+        contraction,
+        np.concatenate(strokes),
+        np.concatenate(segments),
+    )
 
 
 def _dragged(

@@ -1,7 +1,7 @@
 """Scan: how a shape is seen from above, read from a file, and laid over its target."""
 
 from twin.scan.closest import ClosestPoints, grid_triangles, target_surface
-from twin.scan.depth_image import SHAPE_PX, depth_image, grey_image, pixel_centres, target_depth_image
+from twin.scan.depth_image import SHAPE_PX, depth_image, grey_image, pixel_centres, pixel_weights, target_depth_image
 from twin.scan.gridding import grid_points
 from twin.scan.reading import read_scan
 from twin.scan.registration import register
@@ -20,6 +20,7 @@ __all__ = [
     "grid_points",
     "grid_triangles",
     "pixel_centres",
+    "pixel_weights",
     "read_scan",
     "register",
     "target_depth_image",

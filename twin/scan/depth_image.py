@@ -1,5 +1,7 @@
 """Depth images: a surface seen straight from above, one height per pixel."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from planner.target import Surface, Target
@@ -35,24 +37,9 @@ def depth_image(
         Heights [mm], NaN where no surface is, shape [height, width], float.
     """
     width, height = shape_px
-    low, high = np.asarray(bounds[0], dtype=float), np.asarray(bounds[1], dtype=float)
-    pixel = (high - low) / (width, height)
-    corners = np.asarray(vertices, dtype=float)[np.asarray(triangles)]
-    # From here on x and y count pixels, with pixel centres at whole numbers.
-    xy = (corners[:, :, :2] - low) / pixel - 0.5
-    first = np.clip(np.ceil(xy.min(axis=1) - 1e-9), 0, (width, height)).astype(np.int64)
-    last = np.clip(np.floor(xy.max(axis=1) + 1e-9), -1, (width - 1, height - 1)).astype(np.int64)
-    extent = np.maximum(last - first + 1, 0)
-    pairs = extent[:, 0] * extent[:, 1]
     image = np.full(width * height, -np.inf)
-    ends = np.cumsum(pairs)
-    start = 0
-    while start < len(pairs):
-        done = ends[start - 1] if start else 0
-        stop = max(int(np.searchsorted(ends, done + _PAIRS_AT_ONCE, side="right")), start + 1)
-        part = slice(start, stop)
-        _draw(image, width, xy[part], corners[part, :, 2], first[part], extent[part])
-        start = stop
+    for pixel, _, _, z in _hits(vertices, triangles, bounds, shape_px):
+        np.maximum.at(image, pixel, z)
     image[np.isinf(image)] = np.nan
     return image.reshape(height, width)[::-1]
 
@@ -77,15 +64,64 @@ def grey_image(depth_mm: np.ndarray, lowest_mm: float, highest_mm: float) -> np.
     return np.where(np.isnan(depth_mm), 0.0, grey)
 
 
-def _draw(image: np.ndarray, width: int, xy: np.ndarray, z: np.ndarray, first: np.ndarray, extent: np.ndarray) -> None:
-    """Raise the pixels of `image` [w * h] to the triangles `xy` [m, 3, 2], `z` [m, 3] that cover them."""
+def pixel_weights(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    bounds: tuple[np.ndarray, np.ndarray],
+    shape_px: tuple[int, int] = SHAPE_PX,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find what each pixel of `depth_image` sees: arguments as there.
+
+    Returns:
+        Pixels that see the surface, as row * width + column, ascending, shape [k]; the topmost triangle at each,
+        shape [k]; and the barycentric weights of its corners there, shape [k, 3].
+    """
+    width, height = shape_px
+    pixel, triangle, weights, z = (
+        np.concatenate(parts) for parts in zip(*_hits(vertices, triangles, bounds, shape_px), strict=True)
+    )
+    pixel = (height - 1 - pixel // width) * width + pixel % width
+    order = np.lexsort((z, pixel))
+    top = order[np.append(np.diff(pixel[order]) > 0, True)] if len(order) else order
+    return pixel[top], triangle[top], weights[top]
+
+
+def _hits(
+    vertices: np.ndarray, triangles: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], shape_px: tuple[int, int]
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+    """Yield, part by part, every pixel and triangle that covers its centre, with corner weights and height.
+
+    Pixels count row by row from the bottom.
+    """
+    width, height = shape_px
+    low, high = np.asarray(bounds[0], dtype=float), np.asarray(bounds[1], dtype=float)
+    pixel = (high - low) / (width, height)
+    corners = np.asarray(vertices, dtype=float)[np.asarray(triangles)]
+    # From here on x and y count pixels, with pixel centres at whole numbers.
+    xy = (corners[:, :, :2] - low) / pixel - 0.5
+    first = np.clip(np.ceil(xy.min(axis=1) - 1e-9), 0, (width, height)).astype(np.int64)
+    last = np.clip(np.floor(xy.max(axis=1) + 1e-9), -1, (width - 1, height - 1)).astype(np.int64)
+    extent = np.maximum(last - first + 1, 0)
+    ends = np.cumsum(extent[:, 0] * extent[:, 1])
+    start = 0
+    while start < len(ends):
+        done = ends[start - 1] if start else 0
+        stop = max(int(np.searchsorted(ends, done + _PAIRS_AT_ONCE, side="right")), start + 1)
+        part = slice(start, stop)
+        where, which, weights = _inside(width, xy[part], first[part], extent[part])
+        yield where, which + start, weights, (weights * corners[which + start, :, 2]).sum(axis=1)
+        start = stop
+
+
+def _inside(
+    width: int, xy: np.ndarray, first: np.ndarray, extent: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return pixels inside the triangles `xy` [m, 3, 2], the triangle of each and its corner weights [k, 3]."""
     count = extent[:, 0] * extent[:, 1]
     which = np.repeat(np.arange(len(count)), count)
-    if not which.size:
-        return
     within = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)
-    column = first[which, 0] + within % extent[which, 0]
-    row = first[which, 1] + within // extent[which, 0]
+    across = np.maximum(extent[which, 0], 1)
+    column, row = first[which, 0] + within % across, first[which, 1] + within // across
     a, b, c = xy[:, 0], xy[:, 1], xy[:, 2]
     double_area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     # A triangle seen edge-on covers nothing; its neighbours show what is there.
@@ -93,8 +129,7 @@ def _draw(image: np.ndarray, width: int, xy: np.ndarray, z: np.ndarray, first: n
     dx, dy = column - a[which, 0], row - a[which, 1]
     weight_b = (dx * (c - a)[which, 1] - dy * (c - a)[which, 0]) / safe
     weight_c = (dy * (b - a)[which, 0] - dx * (b - a)[which, 1]) / safe
-    weight_a = 1.0 - weight_b - weight_c
+    weights = np.stack((1.0 - weight_b - weight_c, weight_b, weight_c), axis=1)
     # The slack keeps pixel centres that lie on a shared edge from falling between two triangles.
-    hit = np.isfinite(safe) & (np.minimum(np.minimum(weight_a, weight_b), weight_c) >= -1e-9)
-    height = weight_a * z[which, 0] + weight_b * z[which, 1] + weight_c * z[which, 2]
-    np.maximum.at(image, (row * width + column)[hit], height[hit])
+    hit = np.isfinite(safe) & (weights.min(axis=1) >= -1e-9)
+    return (row * width + column)[hit], which[hit], weights[hit]

@@ -20,6 +20,7 @@ def register(
     *,
     triangles: np.ndarray | None = None,
     coarse: bool = True,
+    near: RigidTransform | None = None,
 ) -> RigidTransform:
     """Find the rigid motion that lays a shape over its target; the same one at each call.
 
@@ -29,19 +30,22 @@ def register(
         triangles: Vertex indices of the shape, shape [m, 3], int; None for a cloud.
         coarse: Search all orientations and accept that up to 40 % of the surface is missing, as for scans.
             False for predictions, whose frame is nearly right (shifted, tilted by some 20 degrees).
+        near: A motion that is nearly right already, as of the shape a little earlier: the only start then.
 
     Returns:
         The motion from the shape's frame to the target's.
     """
     shape, goal = ClosestPoints(vertices_mm, triangles), target_surface(target)
     overlap = 0.6 if coarse else 0.9
+    many = TrimmedIcp(shape, goal, samples=2500, overlap=overlap)
+    if near is not None:
+        return many.descend(near, steps=40)
     few = TrimmedIcp(shape, goal, samples=400, overlap=overlap)
     if coarse:
         rough = sorted((few.descend(start, steps=0) for start in _all_starts(shape, goal)), key=_residual)
         rough = sorted((few.descend(start, steps=15) for start in rough[:8]), key=_residual)[:2]
     else:
         rough = [few.descend(start, steps=40) for start in _near_starts(shape, goal)]
-    many = TrimmedIcp(shape, goal, samples=2500, overlap=overlap)
     # The residual of a few samples ranks starts that differ clearly; between near equals the many decide.
     best = min((many.descend(start, steps=3) for start in rough), key=_residual)
     return many.descend(best, steps=40)
