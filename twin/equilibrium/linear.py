@@ -24,10 +24,7 @@ class PardisoSolver:
     def __init__(self, indptr: np.ndarray, indices: np.ndarray) -> None:
         self._count = len(indptr) - 1
         self._matrix = sp.csr_matrix((np.ones(len(indices)), indices, indptr), shape=(self._count, self._count))
-        self._solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-        # the wrapper searches the disk for the library each time, half a second, unless it is told
-        if self._solver.libmkl is not None:
-            os.environ.setdefault("PYPARDISO_MKL_RT", self._solver.libmkl._name)
+        self._solver = _open_pardiso()
         self._analysed = False
 
     def factorize(self, values: np.ndarray) -> bool:
@@ -52,6 +49,15 @@ class PardisoSolver:
     def close(self) -> None:
         """Release the memory that MKL holds for this matrix."""
         self._solver.free_memory(everything=True)
+
+
+def _open_pardiso() -> "PyPardisoSolver":
+    """Return a new handle of the library."""
+    solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
+    # the wrapper searches the disk for the library each time, half a second, unless it is told
+    if solver.libmkl is not None:
+        os.environ.setdefault("PYPARDISO_MKL_RT", solver.libmkl._name)
+    return solver
 
 
 class SuperLuSolver:
@@ -83,6 +89,16 @@ class SuperLuSolver:
     def close(self) -> None:
         """Release the factor."""
         self._factor = None
+
+
+def solve_on_one_core() -> None:
+    """Let the solvers that the calling thread makes from now on use one core, for threads that work side by side.
+
+    MKL crashes where a factorisation uses another number of cores than its analysis: call it first in a thread.
+    """
+    library = _open_pardiso().libmkl if HAVE_PARDISO else None
+    if library is not None:
+        library.MKL_Set_Num_Threads_Local(1)
 
 
 def sparse_solver(indptr: np.ndarray, indices: np.ndarray) -> PardisoSolver | SuperLuSolver:
