@@ -91,8 +91,8 @@ def open_temperature_field(text: str) -> TemperatureField:
     )
 
 
-def parse_layers(text: str) -> tuple[float, ...]:
-    """Return layer thicknesses written as `0.2,0.2,0.2,0.2` [mm], bottom first.
+def parse_numbers(flag: str, text: str, example: str) -> tuple[float, ...]:
+    """Return the numbers of a flag written with commas between, as `0.2,0.2,0.2,0.2`.
 
     Raises:
         InputError: if it is written otherwise.
@@ -101,6 +101,14 @@ def parse_layers(text: str) -> tuple[float, ...]:
         return tuple(float(part) for part in text.split(","))
     except ValueError:
         raise InputError(
-            f"--layers-mm: found {text!r}, allowed are thicknesses in mm with commas between; "
-            "write for example 0.2,0.2,0.2,0.2."
+            f"{flag}: found {text!r}, allowed are numbers with commas between; write for example {example}."
         ) from None
+
+
+def parse_layers(text: str) -> tuple[float, ...]:
+    """Return layer thicknesses written as `0.2,0.2,0.2,0.2` [mm], bottom first.
+
+    Raises:
+        InputError: if it is written otherwise.
+    """
+    return parse_numbers("--layers-mm", text, "0.2,0.2,0.2,0.2")

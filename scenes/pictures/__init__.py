@@ -4,6 +4,14 @@ from scenes.pictures.depth_images import draw_depth_images
 from scenes.pictures.error_map import draw_error_map
 from scenes.pictures.hot_shape import draw_hot_shape
 from scenes.pictures.plan import draw_plan
+from scenes.pictures.side_by_side import draw_side_by_side
 from scenes.pictures.target import draw_target
 
-__all__ = ["draw_depth_images", "draw_error_map", "draw_hot_shape", "draw_plan", "draw_target"]
+__all__ = [
+    "draw_depth_images",
+    "draw_error_map",
+    "draw_hot_shape",
+    "draw_plan",
+    "draw_side_by_side",
+    "draw_target",
+]

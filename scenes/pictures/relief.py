@@ -51,11 +51,36 @@ def draw_relief(
     """
     extent = np.ptp(vertices_mm[np.unique(triangles)], axis=0)
     lines = f"{extent[0]:.1f} x {extent[1]:.1f} mm, {extent[2]:.1f} mm deep" + (f"\n{caption}" if caption else "")
-    if renderer() == "opengl":
-        image = _opengl_image(vertices_mm, triangles, colours)
-    else:
-        image = _relief_image(vertices_mm, triangles, colours)
+    image = relief_image(vertices_mm, triangles, half_height(vertices_mm), colours=colours)
     _write(path, image, title, lines, colours)
+
+
+def relief_image(
+    vertices_mm: np.ndarray,
+    triangles: np.ndarray,
+    half_height_mm: float,
+    *,
+    colours: Colours | None = None,
+    size_px: tuple[int, int] = SIZE_PX,
+) -> np.ndarray:
+    """Return the bare picture of a surface, shape [h, w, 3], uint8.
+
+    Args:
+        vertices_mm: Vertices [mm], z towards the viewer, y up, shape [n, 3], float.
+        triangles: Vertex indices, shape [m, 3], int.
+        half_height_mm: Half the height of the picture [mm], as of `half_height`: the scale.
+        colours: Shown instead of one plain colour.
+        size_px: Width and height [px].
+    """
+    draw = _opengl_image if renderer() == "opengl" else _relief_image
+    return draw(vertices_mm, triangles, half_height_mm, colours, size_px)
+
+
+def half_height(vertices_mm: np.ndarray) -> float:
+    """Return half the height of a picture that the surface fits into with a margin [mm], vertices [n, 3]."""
+    seen = vertices_mm @ _view().T
+    width, height = np.ptp(seen[:, 0]), np.ptp(seen[:, 1])
+    return 0.54 * float(max(height, width * SIZE_PX[1] / SIZE_PX[0]))
 
 
 def _view() -> np.ndarray:
@@ -66,12 +91,14 @@ def _view() -> np.ndarray:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def _opengl_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours | None) -> np.ndarray:
+def _opengl_image(
+    vertices: np.ndarray, triangles: np.ndarray, half: float, colours: Colours | None, size_px: tuple[int, int]
+) -> np.ndarray:
     """Draw with pyvista, off screen, shape [h, w, 3]."""
     import pyvista
 
     mesh = pyvista.PolyData.from_regular_faces(vertices, triangles)
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE_PX), lighting="none")
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
     try:
         plotter.background_color = pyvista.Color("white")
         shared = {"smooth_shading": True, "specular": 0.04, "ambient": 0.10, "show_scalar_bar": False}
@@ -90,21 +117,16 @@ def _opengl_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours 
             plotter.add_light(light)
         plotter.camera.parallel_projection = True
         plotter.camera_position = [tuple(middle + 200.0 * towards), tuple(middle), tuple(up)]
-        plotter.camera.parallel_scale = _half_height(vertices)
+        plotter.camera.parallel_scale = half
         plotter.enable_anti_aliasing("ssaa")
         return np.asarray(plotter.screenshot(None, return_img=True))
     finally:
         plotter.close()
 
 
-def _half_height(vertices: np.ndarray) -> float:
-    """Half the height of the picture [mm], so that the surface fits with a margin."""
-    seen = vertices @ _view().T
-    width, height = np.ptp(seen[:, 0]), np.ptp(seen[:, 1])
-    return 0.54 * float(max(height, width * SIZE_PX[1] / SIZE_PX[0]))
-
-
-def _relief_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours | None) -> np.ndarray:
+def _relief_image(
+    vertices: np.ndarray, triangles: np.ndarray, half: float, colours: Colours | None, size_px: tuple[int, int]
+) -> np.ndarray:
     """Draw by a z-buffer of the turned surface and the shade of its slopes, shape [h, w, 3]."""
     import matplotlib
     from matplotlib.colors import Normalize, to_rgb
@@ -114,10 +136,10 @@ def _relief_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours 
 
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     seen = (vertices - middle) @ _view().T
-    half = _half_height(vertices) * np.array([SIZE_PX[0] / SIZE_PX[1], 1.0])
+    reach = half * np.array([size_px[0] / size_px[1], 1.0])
     centre = (seen[:, :2].min(axis=0) + seen[:, :2].max(axis=0)) / 2.0
-    bounds = centre - half, centre + half
-    depth = depth_image(seen, triangles, bounds, SIZE_PX)
+    bounds = centre - reach, centre + reach
+    depth = depth_image(seen, triangles, bounds, size_px)
     surface = np.isfinite(depth)
 
     # Smooth shading: the normals of the vertices, carried to the pixels by the three nearest vertices.
@@ -128,7 +150,7 @@ def _relief_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours 
     for corner in range(3):
         np.add.at(normals, triangles[:, corner], facet)
     used = np.unique(triangles)
-    xy = pixel_centres(bounds, SIZE_PX)[surface]
+    xy = pixel_centres(bounds, size_px)[surface]
     distance, nearest = KDTree(seen[used]).query(np.column_stack([xy, depth[surface]]), k=3)
     weight = 1.0 / (np.asarray(distance) + 1e-6) ** 2
     weight /= weight.sum(axis=1, keepdims=True)
@@ -142,7 +164,7 @@ def _relief_image(vertices: np.ndarray, triangles: np.ndarray, colours: Colours 
     else:
         values = np.einsum("ij,ij->i", weight, colours.values[corners])
         base = matplotlib.colormaps[colours.colour_map](Normalize(colours.low, colours.high)(values))[:, :3]
-    image = np.ones((SIZE_PX[1], SIZE_PX[0], 3))
+    image = np.ones((size_px[1], size_px[0], 3))
     image[surface] = np.clip(base * shade[:, None], 0.0, 1.0)
     return (255 * image).astype(np.uint8)
 
