@@ -12,6 +12,7 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
 from planner.errors import InputError, LceError
+from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags
 
 app = App(
     name="lce",
@@ -41,13 +42,6 @@ DepthMm = Annotated[
         help="Height between the darkest and the brightest grey of an image, up to 300 [mm].",
         validator=Number(gt=0, lte=300),
     ),
-]
-Support = Annotated[
-    Literal["plate", "free"],
-    Parameter(help="plate: lying on the hot plate under its own weight. free: weightless, touching nothing."),
-]
-Device = Annotated[
-    Literal["auto", "cpu", "cuda"], Parameter(help="Where the kernels run; auto takes a GPU if present.")
 ]
 
 
@@ -126,34 +120,11 @@ def predict(
     *,
     out: Out,
     target: Annotated[str | None, Parameter(help="Score against this target. Default: the plan's own.")] = None,
-    mesh_mm: Annotated[float, Parameter(help="Edge length of the film's triangles [mm].")] = 0.6,
-    temperature_c: Annotated[float, Parameter(help="Temperature to heat to [C].")] = 150.0,
-    support: Support = "plate",
-    modulus_mpa: Annotated[
-        float,
-        Parameter(help="Young's modulus of the hot film, 0.01 to 100 [MPa].", validator=Number(gte=0.01, lte=100)),
-    ] = 0.5,
-    temperature_field: Annotated[
-        str, Parameter(help="uniform; gap_model: parts lifted off the plate are colder; or a measured field (.npz).")
-    ] = "uniform",
-    profile: Annotated[
-        Literal["uniform", "skin"], Parameter(help="Alignment inside a scratched layer: even, or a skin of full order.")
-    ] = "uniform",
-    fading_tau_h: Annotated[
-        float | None, Parameter(help="Time in which alignment fades before the cure [h], as 2.5. Default: it does not.")
-    ] = None,
     scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
-    seeds: Annotated[
-        int, Parameter(help="Heat this many times, each disturbed differently, and say whether the shapes agree.")
-    ] = 1,
-    cool: Annotated[bool, Parameter(help="Cool again as well, and say whether the film comes back flat.")] = False,
-    device: Device = "auto",
-    seed: Annotated[
-        int,
-        Parameter(
-            help="Seed of the flat film's small disturbance and of the scanner's noise.", validator=Number(gte=0)
-        ),
-    ] = 0,
+    heating: HeatingFlags | None = None,
+    material: MaterialFlags | None = None,
+    post: PostFlags | None = None,
+    solver: SolverFlags | None = None,
 ) -> None:
     """Predict the hot shape of a Program: writes result.json, shapes, pictures and report.html."""
     from scenes.commands import run_predict
@@ -162,18 +133,11 @@ def predict(
         program,
         out,
         target=target,
-        mesh_mm=mesh_mm,
-        temperature_c=temperature_c,
-        support=support,
-        modulus_mpa=modulus_mpa,
-        temperature_field=temperature_field,
-        profile=profile,
-        fading_tau_h=fading_tau_h,
         scanner_noise=scanner_noise,
-        seeds=seeds,
-        cool=cool,
-        device=device,
-        seed=seed,
+        heating=heating or HeatingFlags(),
+        material=material or MaterialFlags(),
+        post=post or PostFlags(),
+        solver=solver or SolverFlags(),
     )
 
 

@@ -14,11 +14,11 @@ from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
 from scenes.output import output_folder, write_json
 from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
+from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
 from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
 from scenes.progress import progress_bar
-from scenes.sources import open_source, open_temperature_field, parse_layers
+from scenes.sources import open_source, parse_layers
 from twin.film import FilmOptions
-from twin.material import Material
 from twin.predict import PredictOptions
 from twin.scan import read_scan
 from twin.score import Score, score_surface
@@ -65,19 +65,19 @@ def run_plan(
         _tell_placeholder(program)
         say(f"plan written to {out}")
         return
-    settings = case.plan if case else PlanSettings()
+    asked = {"method": method, "flattening": flattening, "margin_mm": margin_mm, "seed": seed}
+    settings = (case.plan if case else PlanSettings()).model_copy(
+        update={name: value for name, value in asked.items() if value is not None}
+    )
     with progress_bar() as progress:
         made = plan_into(
             out,
             surface,
-            method=method or settings.method,
-            flattening=flattening or settings.flattening,
             calibration=load_calibration(calibration),
             machine=load_machine(machine),
             layer_thickness_mm=parse_layers(layers_mm),
-            margin_mm=settings.margin_mm if margin_mm is None else margin_mm,
-            seed=settings.seed if seed is None else seed,
             progress=progress,
+            **settings.model_dump(),
         )
     _tell_plan(made)
     say(f"plan written to {out}")
@@ -88,36 +88,21 @@ def run_predict(
     out: Path,
     *,
     target: str | None,
-    mesh_mm: float,
-    temperature_c: float,
-    support: Literal["plate", "free"],
-    modulus_mpa: float,
-    temperature_field: str,
-    profile: Literal["uniform", "skin"],
-    fading_tau_h: float | None,
     scanner_noise: bool,
-    seeds: int,
-    cool: bool,
-    device: str,
-    seed: int,
+    heating: HeatingFlags,
+    material: MaterialFlags,
+    post: PostFlags,
+    solver: SolverFlags,
 ) -> None:
     """Predict a Program into a folder and score it against its plan's target, or another."""
-    if seeds < 1:
-        raise InputError(f"--seeds: found {seeds}, allowed is 1 or more; 1 heats the film once.")
+    if solver.seeds < 1:
+        raise InputError(f"--seeds: found {solver.seeds}, allowed is 1 or more; 1 heats the film once.")
     loaded = load_program(program)
-    options = PredictOptions(
-        film=FilmOptions(mesh_mm=mesh_mm, profile=profile, fading_tau_h=fading_tau_h),
-        material=Material(modulus_mpa=modulus_mpa),
-        temperature_c=temperature_c,
-        temperature_field=open_temperature_field(temperature_field),
-        support=support,
-        device=device,
-        seed=seed,
-    )
+    options = predict_options(heating, material, post, solver)
     surface = open_source(target)[0] if target else _plans_target(program, loaded.inputs.target_sha256)
     with progress_bar() as progress:
         made = predict_into(
-            out, loaded, surface, options, scanner_noise=scanner_noise, seeds=seeds, cool=cool, progress=progress
+            out, loaded, surface, options, scanner_noise=scanner_noise, seeds=solver.seeds, progress=progress
         )
     _tell_prediction(made)
     say(f"results written to {out}, start with {out / 'report.html'}")
@@ -148,15 +133,7 @@ def run_demo(out: Path) -> None:
     case = load_case("face")
     target = case.make_target()
     with progress_bar() as progress:
-        made = plan_into(
-            out,
-            target,
-            method=case.plan.method,
-            flattening=case.plan.flattening,
-            margin_mm=case.plan.margin_mm,
-            seed=case.plan.seed,
-            progress=progress,
-        )
+        made = plan_into(out, target, progress=progress, **case.plan.model_dump())
         options = PredictOptions(
             film=FilmOptions(mesh_mm=case.predict.mesh_mm),
             temperature_c=case.predict.temperature_c,
@@ -210,6 +187,9 @@ def _tell_plan(made: Plan) -> None:
 def _tell_prediction(made: Prediction) -> None:
     for warning in made.result["warnings"]:
         say(f"warning: {warning}")
+    for stop in made.result["stops"] if len(made.shape.stops) > 1 else ():
+        state = "stable" if stop["stable"] else "not stable"
+        say(f"{stop['temperature_c']:g} C: {stop['depth_mm']:.1f} mm deep, {state}")
     if made.scored is None:
         say("no target: the shape was not scored")
         if "bending_radius_mm" in made.result:

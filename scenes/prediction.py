@@ -13,18 +13,18 @@ import trimesh
 from planner.program import Program
 from planner.target import Target
 from scenes.output import output_folder, write_json
-from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_target
+from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_side_by_side, draw_target
 from scenes.report import write_report
 from twin.bending import bending_radius_mm
-from twin.cycle import Cycle, heat_and_cool
+from twin.cycle import back_to_flat_mm, depth_mm, hysteresis_mm, level_mm
 from twin.families import Family, shapes_by_seed
-from twin.film import build_film, coarsen
+from twin.film import build_film
 from twin.predict import HotShape, PredictOptions, predict
 from twin.scan import Scan, Scanner, pixel_centres
 from twin.score import Scored, score_surface
 
-COOLING_MESH_MM = 1.2
-"""Cooling is followed step by step; this mesh shows whether a film comes back."""
+APART_MM = 0.05
+"""Shapes at one temperature that differ by more are told."""
 PAPER_SSIM = 0.845
 """What the paper's best face reached by Eq. 4 (section 2.4)."""
 
@@ -47,13 +47,13 @@ def predict_into(
     *,
     scanner_noise: bool = False,
     seeds: int = 1,
-    cool: bool = False,
     progress: Callable[[str, float], None] | None = None,
 ) -> Prediction:
     """Predict `program`, score it against `target` if there is one, and write everything into `folder`.
 
     Files: result.json, shape.ply (hot top face, in the target's frame where there is one), heating.npz (all accepted
-    temperatures), scan.npz (depth images; can itself be scored again), pictures, report.html.
+    temperatures, and which of them were asked for), scan.npz (depth images; can itself be scored again), pictures,
+    report.html.
 
     Args:
         folder: where to write.
@@ -62,8 +62,7 @@ def predict_into(
         options: settings of the twin.
         scanner_noise: see the shape through the model of a phone's depth camera.
         seeds: heat this often, each time disturbed differently; the most frequent shape is the result, and each
-            other one gets a picture.
-        cool: cool again too, on a coarser mesh; writes cooling.npz.
+            one is shown beside it.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
@@ -79,11 +78,6 @@ def predict_into(
         else:
             shape = predict(program, options, progress=progress)
             families = (Family(shape=shape, seeds=(options.seed,), share=1.0),)
-        cycle = None
-        if cool:
-            coarse = coarsen(shape.film, max(options.film.mesh_mm, COOLING_MESH_MM))
-            cycle = heat_and_cool(coarse, options, progress=progress)
-            write_cycle(scratch / "cooling.npz", cycle)
         seen = Scan(vertices_mm=shape.top_mm, triangles=shape.film.triangles)
         if scanner_noise:
             seen = Scanner().scan(shape.top_mm, shape.film.triangles, np.random.default_rng(options.seed))
@@ -98,16 +92,30 @@ def predict_into(
             scratch / "heating.npz",
             temperature_c=shape.temperature_c,
             vertices_mm=shape.vertices_mm,
+            stops=[stop.index for stop in shape.stops],
             triangles=triangles,
             flat_mm=shape.film.flat_mm,
         )
-        caption = f"{options.temperature_c:g} C, {'on the hot plate' if options.support == 'plate' else 'weightless'}"
+        caption = f"{options.hottest_c:g} C, {'on the hot plate' if options.support == 'plate' else 'weightless'}"
         if program.calibration.placeholder:
             caption += ", placeholder calibration"
         draw_hot_shape(scratch / "hot_shape.png", surface, triangles, caption=caption)
-        for number, family in enumerate(families[1:], start=2):
-            title = f"Another shape of the same film, {family.share:.0%} of {seeds} seeds"
-            draw_hot_shape(scratch / f"hot_shape_{number}.png", family.shape.top_mm, triangles, title=title)
+        if seeds > 1:
+            draw_side_by_side(
+                scratch / "shapes_by_seed.png",
+                [level_mm(family.shape, family.shape.hottest) for family in families],
+                triangles,
+                [f"{family.share:.0%} of {seeds} seeds" for family in families],
+                title="Shapes that differently disturbed films take",
+            )
+        if len(shape.stops) > 1:
+            draw_side_by_side(
+                scratch / "temperatures.png",
+                [level_mm(shape, stop.index) for stop in shape.stops],
+                triangles,
+                [f"{stop.temperature_c:g} C" for stop in shape.stops],
+                title="The film at each temperature, one after the other",
+            )
         draw_plan(scratch / "plan.png", program)
         if target is not None and scored is not None:
             draw_target(scratch / "target.png", target)
@@ -115,40 +123,48 @@ def predict_into(
         report("pictures", 1.0)
         wall_s = time.perf_counter() - started
         result = _result(program, target, options, shape, scored, scanner_noise=scanner_noise, wall_s=wall_s)
-        result["warnings"] += _path_warnings(families, cycle)
         if seeds > 1:
-            result["shapes_by_seed"] = [{"share": family.share, "seeds": family.seeds} for family in families]
-        if cycle is not None:
-            result["cooled_back_to_flat_mm"] = cycle.back_to_flat_mm
-            result["snaps_between_c"] = cycle.snaps_between_c
+            result["warnings"] += _family_warnings(families)
+            result["shapes_by_seed"] = [
+                {"share": family.share, "seeds": family.seeds, "depth_mm": depth_mm(family.shape, family.shape.hottest)}
+                for family in families
+            ]
         write_json(scratch / "result.json", result)
         write_report(scratch, result)
     return Prediction(shape=shape, scored=scored, result=result)
 
 
-def write_cycle(path: Path, cycle: Cycle) -> None:
-    """Write the shapes on the way up and on the way down, cold first."""
-    np.savez_compressed(
-        path,
-        temperature_c=cycle.temperature_c,
-        heated_mm=cycle.heated_mm,
-        cooled_mm=cycle.cooled_mm,
-        difference_mm=cycle.difference_mm,
-    )
+def _family_warnings(families: Sequence[Family]) -> list[str]:
+    """Say which shape is shown if the film has several."""
+    if len(families) == 1:
+        return []
+    shares = ", ".join(f"{family.share:.0%}" for family in families)
+    return [
+        f"The film has {len(families)} shapes, taken by {shares} of the seeds: which one a real film takes depends on "
+        "chance. The most frequent is shown and scored."
+    ]
 
 
-def _path_warnings(families: Sequence[Family], cycle: Cycle | None) -> list[str]:
+def _path_warnings(shape: HotShape, options: PredictOptions) -> list[str]:
     """Say what the user must know about the way the shape was reached."""
     warnings = []
-    if len(families) > 1:
-        shares = ", ".join(f"{family.share:.0%}" for family in families)
+    if shape.tapped_away_at_c:
+        places = ", ".join(f"{value:.0f} C" for value in shape.tapped_away_at_c)
         warnings.append(
-            f"The film has {len(families)} shapes, taken by {shares} of the seeds: which one a real film takes depends "
-            "on chance. The most frequent is shown and scored."
+            f"At {places} the film was held down only by its weight: a tap of {options.ramp.tap_mm:g} mm let it jump "
+            "to a shape of less energy, which is the one shown. A film that is never disturbed may stay flatter."
         )
-    if cycle is not None and cycle.snaps_between_c:
-        ranges = ", ".join(f"{low:.0f} and {high:.0f} C" for low, high in cycle.snaps_between_c)
-        warnings.append(f"Heating and cooling take different paths between {ranges}: the film snaps there.")
+    for way, cooling in (("heated", False), ("cooled", True)):
+        snaps = [snap for snap in shape.snaps if snap.cooling == cooling]
+        if snaps:
+            places = ", ".join(f"at {snap.temperature_c:.0f} C by {snap.distance_mm:.1f} mm" for snap in snaps)
+            warnings.append(f"The film snapped {places} while it was {way}: a real one moves suddenly there.")
+    for temperature, apart in hysteresis_mm(shape).items():
+        if apart > APART_MM:
+            warnings.append(
+                f"At {temperature:g} C the film has shapes up to {apart:.1f} mm apart: which one depends on where it "
+                "comes from."
+            )
     return warnings
 
 
@@ -182,11 +198,16 @@ def write_score_files(folder: Path, target: Target, scored: Scored) -> None:
     )
 
 
-def _field_facts(options: PredictOptions) -> dict[str, Any]:
-    """What is known of the temperature field, without its arrays."""
-    facts: dict[str, Any] = {"kind": options.temperature_field.kind}
-    plain = asdict(options.temperature_field)  # pyright: ignore[reportArgumentType]  # the fields are dataclasses
-    return {**facts, **{key: value for key, value in plain.items() if isinstance(value, int | float | str)}}
+def _settings(options: PredictOptions) -> dict[str, Any]:
+    """Return all settings without the arrays of a temperature field, the machine by its name."""
+    settings, machine = asdict(options), options.film.machine
+    field = asdict(options.temperature_field)  # pyright: ignore[reportArgumentType]  # the fields are dataclasses
+    facts = {key: value for key, value in field.items() if isinstance(value, int | float | str)}
+    return {
+        **settings,
+        "film": {**settings["film"], "machine": None if machine is None else machine.name},
+        "temperature_field": {"kind": options.temperature_field.kind, **facts},
+    }
 
 
 def _result(
@@ -206,12 +227,7 @@ def _result(
             f"Calibration '{record.name}' is a placeholder: loads and speeds are not measured, so this predicts what "
             "an ideal machine with the published range would make."
         )
-    if shape.tapped_away_at_c:
-        places = ", ".join(f"{value:.0f} C" for value in shape.tapped_away_at_c)
-        warnings.append(
-            f"At {places} the film was held down only by its weight: a tap of {options.ramp.tap_mm:g} mm let it jump "
-            "to a shape of less energy, which is the one shown. A film that is never disturbed may stay flatter."
-        )
+    warnings += _path_warnings(shape, options)
     if not shape.stable:
         warnings.append("The equilibrium is not stable: another shape with less energy lies nearby.")
     strip = {}
@@ -237,12 +253,16 @@ def _result(
             "stable": shape.stable,
             "lowest_stiffness_n_mm3": shape.lowest_stiffness_n_mm3,
             "tapped_away_at_c": shape.tapped_away_at_c,
+            "snaps": [asdict(snap) for snap in shape.snaps],
         },
-        "temperature_c": options.temperature_c,
+        "temperature_c": options.hottest_c,
+        "stops": [{**asdict(stop), "depth_mm": depth_mm(shape, stop.index)} for stop in shape.stops],
+        "cooled_back_to_flat_mm": back_to_flat_mm(shape),
+        "largest_contraction": float(shape.film.contraction.max()),
         "temperature_field": options.temperature_field.kind,
         "support": options.support,
         "scanner_noise": scanner_noise,
-        "settings": {**asdict(replace(options, device=shape.device)), "temperature_field": _field_facts(options)},
+        "settings": _settings(replace(options, device=shape.device)),
         "calibration": {"name": record.name, "placeholder": record.placeholder},
         "program_digest": program.digest,
         "target_digest": None if target is None else target.digest,

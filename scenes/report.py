@@ -7,6 +7,8 @@ from typing import Any
 
 PICTURES = (
     ("hot_shape.png", "The predicted hot shape"),
+    ("temperatures.png", "The temperatures that the film was taken through, in their order, all in one scale"),
+    ("shapes_by_seed.png", "The shapes that differently disturbed films take, the most frequent first, in one scale"),
     ("target.png", "The target"),
     ("depth_images.png", "Depth images, same scale, and where they agree"),
     ("error_map.png", "Distance from the target"),
@@ -64,31 +66,70 @@ def write_report(folder: Path, result: dict[str, Any]) -> None:
 
 
 def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
-    equilibrium, material = result["equilibrium"], result["settings"]["material"]
-    film = result["settings"]["film"]
-    fading = f"tau {film['fading_tau_h']:g} h" if film["fading_tau_h"] else "none"
-    placeholder = " (placeholder, not measured)" if result["calibration"]["placeholder"] else ""
     return [
         ("method", str(result["method"])),
-        ("calibration", result["calibration"]["name"] + placeholder),
-        ("support", "hot plate, own weight" if result["support"] == "plate" else "weightless, free"),
-        ("temperature field", result["temperature_field"]),
-        ("profile in a layer, fading", f"{film['profile']}, {fading}"),
-        ("modulus, density", f"{material['modulus_mpa']:g} MPa, {material['density_kg_m3']:g} kg/m3"),
-        ("mesh", f"{film['mesh_mm']:g} mm, {result['triangle_count']} triangles"),
         (
-            "heating",
-            f"{len(result['accepted_temperatures_c'])} temperatures, {result['newton_iterations']} Newton steps",
+            "calibration",
+            result["calibration"]["name"] + (", not measured" if result["calibration"]["placeholder"] else ""),
         ),
-        (
-            "relative residual",
-            f"{equilibrium['relative_residual']:.1e}, {'' if equilibrium['stable'] else 'not '}stable",
-        ),
+        *_settings(result["settings"], result["temperature_field"]),
+        ("largest contraction", f"{result['largest_contraction']:.1%}"),
+        *_heating(result),
         ("time, device, seed", f"{result['wall_s']:.0f} s on {result['device']}, seed {result['seed']}"),
         ("Program", result["program_digest"]),
         ("target", f"{result['target_name']}, {result['target_digest']}"),
         ("lce-twin", result["version"]),
     ]
+
+
+def _settings(settings: dict[str, Any], field: str) -> list[tuple[str, str]]:
+    """Every physical setting."""
+    material, film = settings["material"], settings["film"]
+    planned = "as planned"
+    fading = f"tau {film['fading_tau_h']:g} h" if film["fading_tau_h"] else "none"
+    width = f"{film['line_width_mm']:g} mm" if film["line_width_mm"] else planned
+    return [
+        ("support", "hot plate, own weight" if settings["support"] == "plate" else "weightless, free"),
+        ("temperature field", field),
+        ("tap", f"{settings['ramp']['tap_mm']:g} mm"),
+        ("modulus, density", f"{material['modulus_mpa']:g} MPa, {material['density_kg_m3']:g} kg/m3"),
+        ("nematic-isotropic temperature", f"{material['transition_c']:g} C"),
+        ("layer thicknesses", f"{_numbers(film['layer_thickness_mm'])} mm" if film["layer_thickness_mm"] else planned),
+        ("modulus of each layer", f"times {_numbers(film['modulus_ratio'] or (1.0,))}"),
+        ("line width, edge blur, end length", f"{width}, {film['edge_blur_mm']:g} mm, {film['end_length_mm']:g} mm"),
+        ("profile in a layer, fading", f"{film['profile']}, {fading}"),
+        ("machine", film["machine"] or "the paper's"),
+    ]
+
+
+def _heating(result: dict[str, Any]) -> list[tuple[str, str]]:
+    """How the shape was found, and each temperature that was asked for if there are several."""
+    equilibrium, stops = result["equilibrium"], result["stops"]
+    rows = [
+        ("mesh", f"{result['settings']['film']['mesh_mm']:g} mm, {result['triangle_count']} triangles"),
+        (
+            "heating",
+            f"{len(result['accepted_temperatures_c'])} temperatures, {result['newton_iterations']} Newton steps",
+        ),
+        ("relative residual", f"{equilibrium['relative_residual']:.1e}, {_stable(equilibrium)}"),
+    ]
+    rows += [
+        (f"snapped at {snap['temperature_c']:.0f} C", f"by {snap['distance_mm']:.1f} mm")
+        for snap in equilibrium["snaps"]
+    ]
+    if len(stops) > 1:
+        rows += [(f"{stop['temperature_c']:g} C", f"{stop['depth_mm']:.1f} mm deep, {_stable(stop)}") for stop in stops]
+    if result["cooled_back_to_flat_mm"] is not None:
+        rows.append(("cooled, from flat", f"{result['cooled_back_to_flat_mm']:.4f} mm"))
+    return rows
+
+
+def _stable(found: dict[str, Any]) -> str:
+    return "stable" if found["stable"] else "not stable"
+
+
+def _numbers(values: Any) -> str:
+    return ", ".join(f"{value:g}" for value in values)
 
 
 def _table(rows: Any) -> str:

@@ -1,84 +1,47 @@
-"""Heat a film and cool it again: does it come back, and did it snap on the way?"""
+"""Shapes at the temperatures asked for: how deep they are, whether the film comes back, and by the way it went."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
-from twin.equilibrium import cool, heat
-from twin.film import Film
-from twin.predict import PredictOptions, open_newton, ramp_end, ramp_temperatures_c
+from twin.equilibrium import moved_onto, rigid_distance_mm
+from twin.hot_shape import HotShape
+from twin.predict import PredictOptions
+from twin.temperature import ROOM_C
 
-SNAP_MM = 0.05
-"""Heated and cooled shapes that differ by more at the same temperature are different equilibria."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Cycle:
-    """Shapes of one film while it is heated and while it is cooled, at the same temperatures."""
-
-    temperature_c: np.ndarray
-    """Accepted temperatures, ascending [C], shape [k]."""
-    heated_mm: np.ndarray
-    """Mid-surface on the way up [mm], shape [k, n, 3]."""
-    cooled_mm: np.ndarray
-    """Mid-surface on the way down, cold first [mm], shape [k, n, 3]."""
-    difference_mm: np.ndarray
-    """Largest distance between the two at each temperature, after a rigid motion [mm], shape [k]."""
-
-    @property
-    def back_to_flat_mm(self) -> float:
-        """How far the cooled film is from the one before heating [mm]."""
-        return float(self.difference_mm[0])
-
-    @property
-    def snaps_between_c(self) -> tuple[tuple[float, float], ...]:
-        """Temperature ranges over which heating and cooling took different paths: the film snaps at their ends."""
-        apart = np.flatnonzero(self.difference_mm > SNAP_MM)
-        runs = np.split(apart, np.flatnonzero(np.diff(apart) > 1) + 1) if len(apart) else []
-        return tuple((float(self.temperature_c[run[0]]), float(self.temperature_c[run[-1]])) for run in runs)
+__all__ = ["back_to_flat_mm", "cooled", "depth_mm", "hysteresis_mm", "level_mm", "rigid_distance_mm"]
 
 
-def heat_and_cool(
-    film: Film, options: PredictOptions | None = None, *, progress: Callable[[str, float], None] | None = None
-) -> Cycle:
-    """Heat a film from flat and cool it through the same temperatures, all on its own mesh.
-
-    Args:
-        film: the film.
-        options: settings; `coarse_to_fine` is not used.
-        progress: called with the stage's name and the share done, 0 to 1.
-
-    Raises:
-        SolverError: if no equilibrium is found on the way.
-    """
-    options = options or PredictOptions()
-    report = progress or (lambda stage, share: None)
-    newton = open_newton(film, options)
-    try:
-        heated = heat(
-            newton,
-            ramp_end(options),
-            rng=np.random.default_rng(options.seed),
-            options=options.ramp,
-            progress=lambda share: report("heating", share),
-        )
-        cooled = cool(newton, heated, options=options.ramp, progress=lambda share: report("cooling", share))
-    finally:
-        newton.close()
-    up = np.stack([state.equilibrium.vertices_mm for state in heated])
-    down = np.stack([state.equilibrium.vertices_mm for state in cooled])
-    return Cycle(
-        temperature_c=ramp_temperatures_c(heated, options),
-        heated_mm=up,
-        cooled_mm=down,
-        difference_mm=np.array([rigid_distance_mm(a, b) for a, b in zip(up, down, strict=True)]),
-    )
+def cooled(options: PredictOptions) -> PredictOptions:
+    """Return the options with the film cooled to the room's temperature in the end."""
+    return replace(options, temperatures_c=(*options.stops_c, ROOM_C))
 
 
-def rigid_distance_mm(shape_mm: np.ndarray, other_mm: np.ndarray) -> float:
-    """Return the largest distance of corresponding vertices after the best rigid motion [mm], shapes [n, 3]."""
-    a, b = shape_mm - shape_mm.mean(axis=0), other_mm - other_mm.mean(axis=0)
-    u, _, vt = np.linalg.svd(a.T @ b)
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    return float(np.linalg.norm(a @ turn - b, axis=1).max())
+def level_mm(shape: HotShape, index: int) -> np.ndarray:
+    """Return the mid-surface at an accepted temperature, turned level and its lowest point at z = 0 [mm], [n, 3]."""
+    flat = shape.film.flat_mm
+    level = moved_onto(shape.vertices_mm[index], np.column_stack((flat, np.zeros(len(flat)))))
+    return level - (0.0, 0.0, level[:, 2].min())
+
+
+def depth_mm(shape: HotShape, index: int) -> float:
+    """Return how deep the level mid-surface is at an accepted temperature [mm]."""
+    return float(level_mm(shape, index)[:, 2].max())
+
+
+def back_to_flat_mm(shape: HotShape) -> float | None:
+    """Return how far a film that was cooled in the end is from the flat one [mm]; None if it was not cooled."""
+    if shape.stops[-1].temperature_c > ROOM_C or len(shape.stops) == 1:
+        return None
+    return rigid_distance_mm(shape.vertices_mm[-1], shape.vertices_mm[0])
+
+
+def hysteresis_mm(shape: HotShape) -> dict[float, float]:
+    """Return the largest distance between shapes at the same stop [mm], by the temperatures [C] passed repeatedly."""
+    apart: dict[float, float] = {}
+    for a, b in combinations(shape.stops, 2):
+        if a.temperature_c == b.temperature_c:
+            distance = rigid_distance_mm(shape.vertices_mm[a.index], shape.vertices_mm[b.index])
+            apart[a.temperature_c] = max(distance, apart.get(a.temperature_c, 0.0))
+    return apart

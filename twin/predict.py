@@ -12,9 +12,17 @@ from planner.errors import InputError, SolverError
 from planner.program import Program
 from twin.equilibrium import HeatedState, Newton, RampOptions, heat, rigid_pins
 from twin.film import Film, FilmOptions, build_film, carry, coarsen
+from twin.hot_shape import HotShape, Snap, Stop
 from twin.material import Material
 from twin.shell import Loads, Shell
-from twin.temperature import FieldNewton, FieldShell, TemperatureField, TemperatureUniform, plate_temperature_c
+from twin.temperature import (
+    FieldNewton,
+    FieldShell,
+    TemperatureField,
+    TemperatureUniform,
+    plate_share,
+    plate_temperature_c,
+)
 
 logger = logging.getLogger(__name__)
 
@@ -38,6 +46,9 @@ class PredictOptions:
     ramp: RampOptions = field(default_factory=RampOptions)
     temperature_c: float = 150.0
     """Temperature of the plate that the film is heated to [C]."""
+    temperatures_c: tuple[float, ...] | None = None
+    """Temperatures to pass through one after the other, up and down, instead [C]; each shape is kept. The hot shape
+    is that at the highest."""
     temperature_field: TemperatureField = field(default_factory=TemperatureUniform)
     """Temperature of each part of the film: as the plate, by the gap model, or from a file."""
     support: Support = "plate"
@@ -48,38 +59,42 @@ class PredictOptions:
     seed: int = 0
     """Seed of the small disturbance that the flat film starts with."""
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class HotShape:
-    """The film at each accepted temperature of the ramp, flat and cold first, and how well it is in balance."""
-
-    film: Film
-    temperature_c: np.ndarray
-    """Accepted temperatures [C], shape [k], ascending."""
-    vertices_mm: np.ndarray
-    """Mid-surface at each of them [mm], z = 0 on the plate, shape [k, n, 3].
-
-    Where the ramp was followed on a coarser mesh, all but the last are carried over from there."""
-    top_mm: np.ndarray
-    """Top face at the last temperature, what a scanner sees [mm], shape [n, 3]."""
-    energy_mj: float
-    """Elastic energy plus that of weight and contact at the last temperature [mJ]."""
-    relative_residual: float
-    """Norm of the residual force over the norm of all element and load forces of the still-flat film."""
-    stable: bool
-    """Whether the Hessian is positive definite there."""
-    lowest_stiffness_n_mm3: float
-    """Its lowest eigenvalue per area: how stiffly the film opposes its softest disturbance [N/mm^3]."""
-    tapped_away_at_c: tuple[float, ...]
-    """Temperatures at which the film was held down only by its weight and a small tap let it jump elsewhere."""
-    newton_iterations: int
-    device: str
-    wall_s: float
+    @property
+    def stops_c(self) -> tuple[float, ...]:
+        """Temperatures that the film is asked to pass through, in their order [C]."""
+        return (self.temperature_c,) if self.temperatures_c is None else self.temperatures_c
 
     @property
-    def hot_mm(self) -> np.ndarray:
-        """Mid-surface at the last temperature [mm], shape [n, 3]."""
-        return self.vertices_mm[-1]
+    def hottest_c(self) -> float:
+        """The highest of them [C]."""
+        return max(self.stops_c)
+
+    def check(self) -> None:
+        """Refuse settings of the heating that are out of range or do not fit together.
+
+        Raises:
+            InputError: with every problem found.
+        """
+        problems = []
+        low, high = TEMPERATURE_C_ALLOWED
+        outside = [value for value in self.stops_c if not low <= value <= high]
+        if outside:
+            problems.append(
+                f"temperature: found {outside[0]:g} C, allowed are {low:g} to {high:g} C; the paper uses 150 C."
+            )
+        if not self.stops_c:
+            problems.append("temperatures: found none, allowed is one or more; the paper uses 150 C.")
+        if self.seed < 0:
+            problems.append(f"seed: found {self.seed}, allowed is a whole number from 0; choose another.")
+        if self.support not in ("plate", "free"):
+            problems.append(f"support: found {self.support!r}, allowed are plate and free; choose one of them.")
+        if self.support == "free" and self.temperature_field.follows_shape:
+            problems.append(
+                f"temperature field: {self.temperature_field.kind} needs the plate, found support 'free'; choose the "
+                "support plate or the uniform field."
+            )
+        if problems:
+            raise InputError(problems)
 
 
 def predict(
@@ -106,39 +121,53 @@ def heat_film(
 ) -> HotShape:
     """Heat a film from flat to the temperature of the options; arguments and errors as of `predict`."""
     options = options or PredictOptions()
-    low, high = TEMPERATURE_C_ALLOWED
-    if not low <= options.temperature_c <= high:
-        raise InputError(
-            f"temperature: found {options.temperature_c:g} C, allowed are {low:g} to {high:g} C; the paper uses 150 C."
-        )
-    if options.seed < 0:
-        raise InputError(f"seed: found {options.seed}, allowed is a whole number from 0; choose another.")
-    if options.support not in ("plate", "free"):
-        raise InputError(f"support: found {options.support!r}, allowed are plate and free; choose one of them.")
-    if options.support == "free" and options.temperature_field.follows_shape:
-        raise InputError(
-            f"temperature field: {options.temperature_field.kind} needs the plate, found support 'free'; choose the "
-            "support plate or the uniform field."
-        )
+    options.check()
     started = time.perf_counter()
     report = progress or (lambda stage, share: None)
-    states, shell, stiffness = _heat(film, options, lambda share: report("heating", share))
-    last = states[-1].equilibrium
+    newton = open_newton(film, options)
+    try:
+        states = _states(newton, options, lambda share: report("heating", share))
+        stops = [index for index, state in enumerate(states) if state.stop]
+        hottest = stops[int(np.argmax(options.stops_c))]
+        activation, hot = states[hottest].activation, states[hottest].equilibrium
+        newton.prescribe(activation, hot.vertices_mm)
+        top_mm = top_face(film, hot.vertices_mm, newton.shell.top_mm)
+        stiffness = newton.lowest_stiffness(hot.vertices_mm)
+    finally:
+        newton.close()
     temperature = ramp_temperatures_c(states, options)
+    numbered = list(enumerate(states))
     return HotShape(
         film=film,
         temperature_c=temperature,
         vertices_mm=np.stack([state.equilibrium.vertices_mm for state in states]),
-        top_mm=top_face(film, last.vertices_mm, shell.top_mm),
-        energy_mj=last.energy * options.material.shear_modulus_mpa,
-        relative_residual=last.relative_residual,
-        stable=last.stable,
+        stops=tuple(
+            Stop(
+                temperature_c=float(temperature[index]),
+                index=index,
+                stable=states[index].equilibrium.stable,
+                relative_residual=states[index].equilibrium.relative_residual,
+            )
+            for index in stops
+        ),
+        hottest=hottest,
+        top_mm=top_mm,
+        energy_mj=hot.energy * options.material.shear_modulus_mpa,
+        relative_residual=hot.relative_residual,
+        stable=hot.stable,
         lowest_stiffness_n_mm3=stiffness * options.material.shear_modulus_mpa,
-        tapped_away_at_c=tuple(
-            float(value) for value, state in zip(temperature, states, strict=True) if state.tapped_away_mm
+        tapped_away_at_c=tuple(float(temperature[index]) for index, state in numbered if state.tapped_away_mm),
+        snaps=tuple(
+            Snap(
+                temperature_c=float(temperature[index]),
+                distance_mm=state.snapped_mm,
+                cooling=bool(temperature[index] < temperature[index - 1]),
+            )
+            for index, state in numbered
+            if state.snapped_mm
         ),
         newton_iterations=sum(state.equilibrium.iterations for state in states),
-        device=str(shell.device),
+        device=str(newton.shell.device),
         wall_s=time.perf_counter() - started,
     )
 
@@ -148,21 +177,21 @@ def film_loads(film: Film, options: PredictOptions) -> Loads:
     if options.support == "free":
         return Loads()
     material = options.material
-    weight = material.weight_n_mm3 * film.thickness_mm / material.shear_modulus_mpa
+    weight = material.weight_n_mm3 * film.vertex_thickness_mm / material.shear_modulus_mpa
     return Loads(weight=weight, plate_per_mm=PLATE_PER_MM, plate_reach_mm=PLATE_REACH_MM)
 
 
 def open_newton(film: Film, options: PredictOptions) -> Newton:
     """Return the solver of a film under the loads and in the temperature field of the options."""
     loads = film_loads(film, options)
-    pins = rigid_pins(film.flat_mm, on_plate=bool(loads.weight))
+    pins = rigid_pins(film.flat_mm, on_plate=loads.heavy)
     if isinstance(options.temperature_field, TemperatureUniform):
         return Newton(Shell(film, loads=loads, device=options.device), pins)
     shell = FieldShell(
         film,
         field=options.temperature_field,
         material=options.material,
-        temperature_c=options.temperature_c,
+        temperature_c=options.hottest_c,
         loads=loads,
         device=options.device,
     )
@@ -171,9 +200,14 @@ def open_newton(film: Film, options: PredictOptions) -> Newton:
 
 def ramp_end(options: PredictOptions) -> float:
     """Return the end of a ramp: the activation of a uniform field, else the whole way of the plate's heating, 1."""
+    return _ramp_place(options, options.hottest_c)
+
+
+def _ramp_place(options: PredictOptions, temperature_c: float) -> float:
+    """Return where on a ramp the plate has a temperature: an activation, or a share of the plate's heating."""
     if isinstance(options.temperature_field, TemperatureUniform):
-        return float(options.material.activation(options.temperature_c))
-    return 1.0
+        return float(options.material.activation(temperature_c))
+    return float(plate_share(temperature_c, options.material, options.hottest_c))
 
 
 def ramp_temperatures_c(states: Sequence[HeatedState], options: PredictOptions) -> np.ndarray:
@@ -181,53 +215,53 @@ def ramp_temperatures_c(states: Sequence[HeatedState], options: PredictOptions) 
     share = np.array([state.activation for state in states])
     if isinstance(options.temperature_field, TemperatureUniform):
         temperature = options.material.temperature_c(share)
-        temperature[-1] = options.temperature_c
-        return temperature
-    return plate_temperature_c(share, options.material, options.temperature_c)
+    else:
+        temperature = plate_temperature_c(share, options.material, options.hottest_c)
+    temperature[[state.stop for state in states]] = options.stops_c
+    return temperature
 
 
-def _heat(
-    film: Film, options: PredictOptions, progress: Callable[[float], None]
-) -> tuple[list[HeatedState], Shell, float]:
-    """Heat a film, a fine one by way of a coarser mesh.
-
-    Returns the states, the shell as it is at the last temperature, and the lowest stiffness there [mu/mm].
-    """
-    carried = None
+def _states(newton: Newton, options: PredictOptions, progress: Callable[[float], None]) -> list[HeatedState]:
+    """Heat a film from flat through the stops, a fine one by way of a coarser mesh."""
+    film = newton.shell.film
     if options.coarse_to_fine and len(film.triangles) > 4 * COARSEST_TRIANGLES:
-        edge = float(np.sqrt(4.0 / np.sqrt(3.0) * film.area_mm2.mean()))
-        coarse = coarsen(film, 2.0 * edge)
-        states, _, _ = _heat(coarse, options, lambda share: progress(0.7 * share))
-        together = np.concatenate([state.equilibrium.vertices_mm for state in states], axis=1)
-        shapes = np.split(carry(coarse.flat_mm, together, film.flat_mm), len(states), axis=1)
-        carried = [
-            replace(state, equilibrium=replace(state.equilibrium, vertices_mm=shape))
-            for state, shape in zip(states, shapes, strict=True)
-        ]
-    newton = open_newton(film, options)
-    shell = newton.shell
+        carried = _carried(film, options, lambda share: progress(0.7 * share))
+        try:
+            states = [_finish(newton, state, options.ramp) if state.stop else state for state in carried]
+        except SolverError as error:
+            logger.info("the coarse shape leads nowhere on the fine mesh (%s): ramp on the fine mesh", error)
+        else:
+            progress(1.0)
+            return states
+    places = [_ramp_place(options, temperature) for temperature in options.stops_c]
+    rng = np.random.default_rng(options.seed)
+    return heat(newton, places, rng=rng, options=options.ramp, progress=progress)
+
+
+def _carried(film: Film, options: PredictOptions, progress: Callable[[float], None]) -> list[HeatedState]:
+    """Heat a film on a mesh of twice the edge length, and carry its shapes over."""
+    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * film.area_mm2.mean()))
+    coarse = coarsen(film, 2.0 * edge)
+    newton = open_newton(coarse, options)
     try:
-        if carried is not None:
-            try:
-                last = _finish(newton, carried[-1], options.ramp.final_tolerance)
-                progress(1.0)
-                return [*carried[:-1], last], shell, newton.lowest_stiffness(last.equilibrium.vertices_mm)
-            except SolverError as error:
-                logger.info("the coarse shape leads nowhere on the fine mesh (%s): ramp on the fine mesh", error)
-        rng = np.random.default_rng(options.seed)
-        states = heat(newton, ramp_end(options), rng=rng, options=options.ramp, progress=progress)
-        return states, shell, newton.lowest_stiffness(states[-1].equilibrium.vertices_mm)
+        states = _states(newton, options, progress)
     finally:
         newton.close()
+    together = np.concatenate([state.equilibrium.vertices_mm for state in states], axis=1)
+    shapes = np.split(carry(coarse.flat_mm, together, film.flat_mm), len(states), axis=1)
+    return [
+        replace(state, equilibrium=replace(state.equilibrium, vertices_mm=shape))
+        for state, shape in zip(states, shapes, strict=True)
+    ]
 
 
-def _finish(newton: Newton, carried: HeatedState, tolerance: float) -> HeatedState:
-    """Solve the last state of a ramp on the fine mesh."""
+def _finish(newton: Newton, carried: HeatedState, options: RampOptions) -> HeatedState:
+    """Solve a stop of a ramp on the fine mesh."""
     shell = newton.shell
     shell.set_activation(carried.activation)
     flat = np.column_stack((shell.film.flat_mm, np.zeros(shell.vertex_count)))
     scale = shell.driving_force(flat)
-    found = newton.solve(carried.equilibrium.vertices_mm, force_scale=scale, tolerance=tolerance)
+    found = newton.solve(carried.equilibrium.vertices_mm, force_scale=scale, tolerance=options.final_tolerance)
     iterations = carried.equilibrium.iterations + found.iterations
     return replace(carried, equilibrium=replace(found, iterations=iterations))
 

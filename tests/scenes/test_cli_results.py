@@ -11,9 +11,11 @@ import trimesh
 
 from planner.errors import SolverError
 from planner.program import load_program
+from planner.program.machine import PAPER_MACHINE
 from planner.target import load_target
 from scenes.commands import run_predict
-from twin.predict import predict
+from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
+from twin.predict import PredictOptions, predict
 from twin.score import Score
 
 COARSE = ("--mesh-mm", "1.5", "--device", "cpu")
@@ -52,7 +54,7 @@ def no_pictures(monkeypatch):
     for room in ("planning", "prediction"):
         monkeypatch.setattr(f"scenes.{room}.draw_plan", lambda *_, **__: None)
         monkeypatch.setattr(f"scenes.{room}.draw_target", lambda *_, **__: None)
-    for name in ("draw_hot_shape", "draw_depth_images", "draw_error_map"):
+    for name in ("draw_hot_shape", "draw_depth_images", "draw_error_map", "draw_side_by_side"):
         monkeypatch.setattr(f"scenes.prediction.{name}", lambda *_, **__: None)
 
 
@@ -64,18 +66,11 @@ def predicted(tmp_path_factory, planned):
         planned,
         folder,
         target=None,
-        mesh_mm=1.5,
-        temperature_c=150.0,
-        support="plate",
-        modulus_mpa=0.5,
-        temperature_field="uniform",
-        profile="uniform",
-        fading_tau_h=None,
         scanner_noise=False,
-        seeds=1,
-        cool=False,
-        device="cpu",
-        seed=0,
+        heating=HeatingFlags(),
+        material=MaterialFlags(),
+        post=PostFlags(),
+        solver=SolverFlags(mesh_mm=1.5, device="cpu"),
     )
     return folder
 
@@ -93,7 +88,65 @@ def test_settings_of_the_physics_reach_the_result(lce, planned, tmp_path):
     assert result["settings"]["film"]["fading_tau_h"] == 2.5
     assert result["cooled_back_to_flat_mm"] < 1e-3
     assert sum(shape["share"] for shape in result["shapes_by_seed"]) == pytest.approx(1.0)
-    assert (out / "cooling.npz").is_file()
+    assert [stop["temperature_c"] for stop in result["stops"]] == [150.0, 25.0]
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_every_setting_reaches_result_and_report(lce, planned, tmp_path):
+    machine = tmp_path / "machine.toml"
+    machine.write_text(PAPER_MACHINE.read_text().replace('name = "', 'name = "my own '))
+    options = {
+        "--modulus-mpa": "0.8",
+        "--density-kg-m3": "1100",
+        "--transition-c": "80",
+        "--layers-mm": "0.21,0.2,0.19,0.2",
+        "--modulus-ratio": "1,1,1.2,1",
+        "--line-width-mm": "0.9",
+        "--edge-blur-mm": "0.2",
+        "--end-length-mm": "0.3",
+        "--fading-tau-h": "3",
+        "--machine": str(machine),
+        "--tap-mm": "0.3",
+    }
+    given = [word for option in options.items() for word in option]
+    ran = lce("predict", planned, "--out", tmp_path / "hot", *COARSE, *given)
+    assert ran.code == 0, ran.err
+    settings = result_of(tmp_path / "hot")["settings"]
+    assert settings["material"] == {"modulus_mpa": 0.8, "density_kg_m3": 1100.0, "transition_c": 80.0}
+    film = settings["film"]
+    assert film["layer_thickness_mm"] == [0.21, 0.2, 0.19, 0.2]
+    assert film["modulus_ratio"] == [1.0, 1.0, 1.2, 1.0]
+    assert (film["line_width_mm"], film["edge_blur_mm"], film["end_length_mm"]) == (0.9, 0.2, 0.3)
+    assert film["machine"].startswith("my own ")
+    assert settings["ramp"]["tap_mm"] == 0.3
+    page = (tmp_path / "hot" / "report.html").read_text(encoding="utf-8")
+    shown = ("0.8 MPa, 1100 kg/m3", "80 C", "0.21, 0.2, 0.19, 0.2 mm", "times 1, 1, 1.2, 1", "0.9 mm, 0.2 mm, 0.3 mm")
+    for words in (*shown, "tau 3 h", "my own ", "0.3 mm", "uniform"):
+        assert words in page, words
+
+
+def test_flags_left_out_are_the_defaults_of_the_library():
+    assert predict_options(HeatingFlags(), MaterialFlags(), PostFlags(), SolverFlags()) == PredictOptions()
+
+
+def test_a_series_of_temperatures_is_kept_told_and_drawn(lce, planned, tmp_path):
+    out = tmp_path / "hot"
+    ran = lce("predict", planned, "--out", out, *COARSE, "--temperatures-c", "25,60,105,60", "--seeds", "2")
+    assert ran.code == 0, ran.err
+    result = result_of(out)
+    assert [stop["temperature_c"] for stop in result["stops"]] == [25.0, 60.0, 105.0, 60.0]
+    assert result["temperature_c"] == 105.0
+    depth = [stop["depth_mm"] for stop in result["stops"]]
+    assert depth[0] < 1e-6
+    assert depth[1] < depth[2]
+    assert all(stop["stable"] for stop in result["stops"])
+    with np.load(out / "heating.npz") as heating:
+        assert heating["temperature_c"][heating["stops"]].tolist() == [25.0, 60.0, 105.0, 60.0]
+    assert re.search(r"105 C: \d\.\d mm deep, stable", ran.out)
+    assert {"temperatures.png", "shapes_by_seed.png"} <= names(out)
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("<img") == 7
+    assert "mm deep, stable" in page
 
 
 def test_a_plan_leaves_its_program_figures_pictures_and_target(planned):

@@ -7,9 +7,9 @@ from planner.plan import plan
 from planner.strips import strip_program
 from scenes.case import list_cases
 from scenes.case_target import Strip
-from twin.cycle import heat_and_cool
+from twin.cycle import back_to_flat_mm, cooled
 from twin.film import FilmOptions, build_film
-from twin.predict import PredictOptions
+from twin.predict import PredictOptions, heat_film
 
 
 @pytest.mark.slow
@@ -25,6 +25,6 @@ def test_cooled_case_is_flat_within_a_micrometre(case):
     else:
         program = plan(case.make_target(), method=case.plan.method, seed=case.plan.seed).program
     film = build_film(program, FilmOptions(mesh_mm=1.2))
-    cycle = heat_and_cool(film, PredictOptions(support=case.predict.support, device="cpu"))
-    assert cycle.back_to_flat_mm < 1e-3
-    assert cycle.snaps_between_c == ()
+    shape = heat_film(film, cooled(PredictOptions(support=case.predict.support, device="cpu")))
+    assert back_to_flat_mm(shape) < 1e-3
+    assert shape.snaps == ()

@@ -5,28 +5,23 @@ import pytest
 from films import azimuthal, ellipse, film, rectangle
 from scipy.spatial.transform import Rotation
 
-from twin.cycle import Cycle, heat_and_cool, rigid_distance_mm
+from twin.cycle import back_to_flat_mm, cooled, rigid_distance_mm
 from twin.families import shapes_by_seed
-from twin.predict import PredictOptions
+from twin.predict import PredictOptions, heat_film
 
 
 @pytest.mark.parametrize("support", ["free", "plate"])
 def test_cooled_film_is_flat_again(support):
     made = film(ellipse(10.0, 8.0), 1.0, contraction=0.15, direction=azimuthal)
-    cycle = heat_and_cool(made, PredictOptions(support=support, device="cpu"))
-    assert cycle.back_to_flat_mm < 1e-3
-    assert np.ptp(cycle.cooled_mm[0][:, 2]) < 1e-3
-    assert np.ptp(cycle.heated_mm[-1][:, 2]) > 1.0
-    np.testing.assert_array_equal(cycle.heated_mm[-1], cycle.cooled_mm[-1])
-    assert cycle.snaps_between_c == ()
-
-
-def test_snaps_are_the_ranges_where_the_paths_differ():
-    states = np.zeros((6, 4, 3))
-    difference = np.array([0.0, 0.0, 0.4, 0.5, 0.0, 0.2])
-    temperature = np.array([25.0, 60.0, 80.0, 100.0, 110.0, 120.0])
-    cycle = Cycle(temperature_c=temperature, heated_mm=states, cooled_mm=states, difference_mm=difference)
-    assert cycle.snaps_between_c == ((80.0, 100.0), (120.0, 120.0))
+    options = PredictOptions(support=support, device="cpu")
+    shape, plain = heat_film(made, cooled(options)), heat_film(made, options)
+    assert [stop.temperature_c for stop in shape.stops] == [150.0, 25.0]
+    assert back_to_flat_mm(shape) < 1e-3
+    assert back_to_flat_mm(plain) is None
+    assert np.ptp(shape.vertices_mm[-1][:, 2]) < 1e-3
+    np.testing.assert_array_equal(shape.hot_mm, plain.hot_mm)
+    np.testing.assert_array_equal(shape.top_mm, plain.top_mm)
+    assert shape.snaps == ()
 
 
 def test_cone_of_four_alike_layers_pops_up_or_down_by_the_seed():

@@ -7,6 +7,7 @@ import pytest
 from films import azimuthal, ellipse, film, random_film, rectangle
 
 from twin.film import Film, coarsen
+from twin.predict import PLATE_PER_MM, PLATE_REACH_MM, PredictOptions, film_loads, heat_film
 from twin.shell import Shell, rest_state
 
 ACTIVATION = 0.8
@@ -92,3 +93,21 @@ def test_coarse_film_keeps_volume_and_alignment_of_varying_layers():
     # what has no thickness does not dilute the alignment of what has
     aligned = (coarse.layer_thickness_mm[0] > 0.0) & (np.hypot(*coarse.flat_mm[coarse.triangles].mean(axis=1).T) > 4.0)
     np.testing.assert_allclose(coarse.contraction[0, aligned], 0.2, rtol=0.02)
+
+
+def test_a_wedge_is_heavier_where_it_is_thicker():
+    made = film(rectangle(6.0, 4.0), 0.5)
+    x = made.flat_mm[made.triangles].mean(axis=1)[:, 0]
+    wedge = varying(made, np.full((4, 1), 0.25) * (0.8 + 0.1 * x))
+    options = PredictOptions(device="cpu")
+    weight, even = film_loads(wedge, options).weight, film_loads(made, options).weight
+    inside = np.abs(made.flat_mm[:, 0]) < 2.5
+    expected = even * (0.8 + 0.1 * made.flat_mm[inside, 0]) / 0.8
+    np.testing.assert_allclose(weight[inside], expected, rtol=0.02)
+    assert weight @ made.vertex_area_mm2 == pytest.approx(even * made.area_mm2.sum(), rel=1e-9)
+    # the plate carries each vertex's own weight: the wedge rests where its load is
+    shape = heat_film(wedge, options)
+    depth = np.maximum(PLATE_REACH_MM - shape.hot_mm[:, 2], 0.0)
+    carried = made.vertex_area_mm2 * PLATE_PER_MM * depth**2 / (2.0 * PLATE_REACH_MM)
+    assert carried.sum() == pytest.approx((weight * made.vertex_area_mm2).sum(), rel=1e-6)
+    assert carried @ made.flat_mm[:, 0] == pytest.approx((weight * made.vertex_area_mm2) @ made.flat_mm[:, 0], rel=1e-5)

@@ -3,7 +3,8 @@
 from twin.equilibrium.linear import sparse_solver
 from twin.equilibrium.newton import Equilibrium, Newton, NewtonOptions
 from twin.equilibrium.pins import rigid_pins
-from twin.equilibrium.ramp import HeatedState, RampOptions, cool, heat
+from twin.equilibrium.ramp import HeatedState, RampOptions, heat
+from twin.equilibrium.rigid import moved_onto, rigid_distance_mm
 
 __all__ = [
     "Equilibrium",
@@ -11,8 +12,9 @@ __all__ = [
     "Newton",
     "NewtonOptions",
     "RampOptions",
-    "cool",
     "heat",
+    "moved_onto",
+    "rigid_distance_mm",
     "rigid_pins",
     "sparse_solver",
 ]

@@ -57,6 +57,10 @@ class Newton:
         """Release the factorisation's memory."""
         self.system.solver.close()
 
+    def prescribe(self, activation: float, vertices_mm: np.ndarray) -> None:
+        """Prescribe the rest state at an activation, for a film that has this shape [mm], shape [n, 3]."""
+        self.shell.set_activation(activation)
+
     def lowest_stiffness(self, vertices_mm: np.ndarray) -> float:
         """Return the lowest eigenvalue of the Hessian per area of the film over mu [1/mm]; NaN if it is negative."""
         if not self.system.factorize(self.shell.hessian(vertices_mm)[2]):

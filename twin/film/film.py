@@ -29,6 +29,15 @@ class Film:
         return float(total) if total.ndim == 0 else float(total @ self.area_mm2 / self.area_mm2.sum())
 
     @property
+    def vertex_thickness_mm(self) -> float | np.ndarray:
+        """Thickness of the flat film [mm]; where it varies the mean around each vertex, shape [n]."""
+        total = self.layer_thickness_mm.sum(axis=0)
+        if total.ndim == 0:
+            return float(total)
+        volume = np.repeat(self.area_mm2 * total / 3.0, 3)
+        return np.bincount(self.triangles.ravel(), volume, len(self.flat_mm)) / self.vertex_area_mm2
+
+    @property
     def area_mm2(self) -> np.ndarray:
         """Flat area of each triangle [mm^2], shape [m]."""
         p = self.flat_mm[self.triangles]

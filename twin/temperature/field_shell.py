@@ -19,10 +19,22 @@ def plate_temperature_c(share: ArrayLike, material: Material, temperature_c: flo
     Equal steps take equal steps of temperature and of activation, each counting half: lifted film goes on contracting
     where the film on the plate has long done so.
     """
+    temperature, shares = _heating(material, temperature_c)
+    return np.interp(np.asarray(share, dtype=float), shares, temperature)
+
+
+def plate_share(plate_c: ArrayLike, material: Material, temperature_c: float) -> np.ndarray:
+    """Return the share of a heating to `temperature_c` at which the plate has a temperature [C]."""
+    temperature, shares = _heating(material, temperature_c)
+    return np.interp(np.asarray(plate_c, dtype=float), temperature, shares)
+
+
+def _heating(material: Material, temperature_c: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return temperatures of the plate from the room's on [C], and the share of the heating at each, both ascending."""
     temperature = np.linspace(ROOM_C, temperature_c, 2001)
     activation = material.activation(temperature)
     done = np.linspace(0.0, 1.0, 2001) + activation / max(float(activation[-1]), 1e-300)
-    return np.interp(np.asarray(share, dtype=float), done / done[-1], temperature)
+    return temperature, done / done[-1]
 
 
 class FieldShell(Shell):
@@ -75,15 +87,19 @@ class FieldNewton(Newton):
     Stability is that of the shape at its temperatures: a film that cools where it rises is stable then, too.
     """
 
+    def prescribe(self, activation: float, vertices_mm: np.ndarray) -> None:
+        """Prescribe a share of the heating, with the temperatures that belong to a shape [mm], shape [n, 3]."""
+        shell = self._field_shell()
+        shell.set_activation(activation)
+        shell.set_activation(shell.activation_of(vertices_mm))
+
     def solve(self, start_mm: np.ndarray, *, force_scale: float, tolerance: float) -> Equilibrium:
         """Descend from `start_mm` [n, 3] to a stable equilibrium with the temperatures that belong to it.
 
         Raises:
             SolverError: if no equilibrium is found, or shape and temperature do not settle.
         """
-        shell = self.shell
-        if not isinstance(shell, FieldShell):
-            raise TypeError("FieldNewton needs a FieldShell")
+        shell = self._field_shell()
         if not shell.field.follows_shape:
             shell.set_activation(shell.activation_of(start_mm))
             return super().solve(start_mm, force_scale=force_scale, tolerance=tolerance)
@@ -97,3 +113,8 @@ class FieldNewton(Newton):
 
         settle_activation(follow, shell.activation_of(start_mm))
         return replace(rounds[-1], iterations=sum(found.iterations for found in rounds))
+
+    def _field_shell(self) -> FieldShell:
+        if not isinstance(self.shell, FieldShell):
+            raise TypeError("FieldNewton needs a FieldShell")
+        return self.shell
