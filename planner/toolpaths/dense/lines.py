@@ -12,14 +12,15 @@ from planner.toolpaths.dense.stripes import stripes
 
 LEAST = 0.02
 """Contraction below which film is left unaligned."""
-FINE_MM = 0.1
+FINE_LINES = 0.125
+"""Distance between the points of a line while it is worked on, in line widths."""
 SMOOTHING_LINES = 0.3
 """Standard deviation of the smoothing along a line, in line widths: rounds the grid's steps and kinks."""
-RELIEF_LINES = 0.25
+RELIEF_LINES = 0.125
 """Lines that end inside the region end this much earlier, in line widths: their round ends meet their neighbours."""
 STEP_LINES = 0.5
 """Distance between the points of a finished line, in line widths."""
-SHORTEST_LINES = 2.0
+SHORTEST_LINES = 1.0
 """Shorter lines, in line widths, are left out."""
 
 
@@ -54,24 +55,37 @@ def dense_lines(
 
 
 def _kept(line: np.ndarray, grid: FieldGrid, width: float) -> list[np.ndarray]:
-    """Cut a line a quarter of its width outside the wanted region, or half its width beyond the film's edge."""
-    edge = np.minimum(grid.read(grid.beyond_film_mm, line), width / 4)
-    inside = grid.read(grid.outside_mm, line) - edge < width / 4
-    if len(line) < 2 or inside.all():
-        return [line] if len(line) > 1 else []
+    """Cut a line to the wanted region; beyond the film's edge it may run on by a quarter of its width.
+
+    A line beside the border stays while it is less than a quarter of its width outside; one that crosses the border
+    ends an eighth outside, for its round end reaches further.
+    """
+    if len(line) < 2:
+        return []
+    outside = grid.read(grid.outside_mm, line) - np.minimum(grid.read(grid.beyond_film_mm, line), width / 4)
+    inside = outside < width / 4
     if np.array_equal(line[0], line[-1]):
+        if inside.all():
+            return [line]
         turn = int(np.argmin(inside[:-1]))
-        line, inside = np.roll(line[:-1], -turn, axis=0), np.roll(inside[:-1], -turn)
-    ends = np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]])))
-    return [line[begin:end] for begin, end in ends.reshape(-1, 2) if end - begin > 1]
+        line, outside, inside = (np.roll(values[:-1], -turn, axis=0) for values in (line, outside, inside))
+    crossing = outside > width / 8
+    most = round(0.25 / FINE_LINES)
+    parts = []
+    for begin, end in np.flatnonzero(np.diff(np.concatenate([[0], inside.astype(int), [0]]))).reshape(-1, 2):
+        ahead, behind = crossing[begin : begin + most], crossing[max(begin, end - most) : end][::-1]
+        part = line[begin + int(np.cumprod(ahead).sum()) : end - int(np.cumprod(behind).sum())]
+        if len(part) > 1:
+            parts.append(part)
+    return parts
 
 
 def _smoothed(line: np.ndarray, width: float) -> np.ndarray:
     """Round a ridge, and shorten it at both ends unless it is a ring; what is too short becomes empty."""
-    fine = spaced(line, FINE_MM)
-    sigma = SMOOTHING_LINES * width / FINE_MM
+    fine = spaced(line, FINE_LINES * width)
+    sigma = SMOOTHING_LINES / FINE_LINES
     if np.array_equal(line[0], line[-1]):
         ring = gaussian_filter1d(fine[:-1], sigma, axis=0, mode="wrap")
         return np.vstack([ring, ring[:1]])
-    relief = round(RELIEF_LINES * width / FINE_MM)
+    relief = round(RELIEF_LINES / FINE_LINES)
     return gaussian_filter1d(fine, sigma, axis=0, mode="nearest")[relief : len(fine) - relief]

@@ -47,6 +47,8 @@ class MeshField:
         squared, owner, nearest = (np.asarray(part) for part in found)
         a, b, c = (corners[faces[owner, k]] for k in range(3))
         area = _cross(b - a, c - a)
+        # Slivers at a straight edge may have no area: they give the value of their first corner.
+        area[area == 0] = np.inf
         second, third = _cross(nearest - a, c - a) / area, _cross(b - a, nearest - a) / area
         weights = np.stack([1.0 - second - third, second, third], axis=1)
         return Reading(np.einsum("nk,nki->ni", weights, self.q[faces[owner]]), np.sqrt(squared))

@@ -3,6 +3,7 @@
 import numpy as np
 import shapely
 from scipy.ndimage import gaussian_filter
+from scipy.spatial import KDTree
 
 from planner.toolpaths.dense.grid import CELLS_PER_LINE, FieldGrid
 from planner.toolpaths.dense.stripes import Stripes
@@ -11,6 +12,14 @@ SMOOTHING_LINES = 0.5
 """Standard deviation, in lines' widths, of the mean over which the stripes' own direction is measured."""
 LEAST_HEIGHT = 0.02
 """Ridges lower than this (stripes at rest are about 0.6 high) are remains of noise."""
+
+BREAK_LINES = 0.6
+"""Ridges are joined over gaps up to this long, in line widths."""
+LEAST_FACING = 0.5
+"""Least cosine between the end of a joined ridge and the bridge."""
+LOOK_BACK = 3
+"""Points over which the direction of a ridge's end is taken."""
+SHORTEST_POINTS = LOOK_BACK + 3
 
 Corner = tuple[slice, slice]
 
@@ -53,9 +62,33 @@ def ridge_lines(grid: FieldGrid, pattern: Stripes) -> list[np.ndarray]:
     )
     # Equal crossings of neighbouring cells must be equal numbers: rounded before they are scaled to mm.
     segments = np.round(corner[:, None] + places, 6)[crossed[i, j]].reshape(-1, 2, 2)
-    merged = shapely.line_merge(shapely.MultiLineString(list(segments)))
-    return [
-        grid.origin_mm + grid.cell_mm * shapely.get_coordinates(line)
-        for line in shapely.get_parts(merged)
-        if not line.is_empty
-    ]
+    return [grid.origin_mm + grid.cell_mm * line for line in _linked(_merged(list(segments)))]
+
+
+def _merged(pieces: list[np.ndarray]) -> list[np.ndarray]:
+    """Join pieces that share an end, where no third does."""
+    parts = shapely.get_parts(shapely.line_merge(shapely.MultiLineString(pieces)))
+    return [shapely.get_coordinates(line) for line in parts if not line.is_empty]
+
+
+def _linked(lines: list[np.ndarray]) -> list[np.ndarray]:
+    """Bridge breaks: at a dislocation one of two ridges goes on as the third, and single cells may lack a segment."""
+    rings = [line for line in lines if np.array_equal(line[0], line[-1])]
+    # Three ridges may share their last point: without it each end is its own.
+    loose = [line[1:-1] for line in lines if len(line) >= SHORTEST_POINTS and not np.array_equal(line[0], line[-1])]
+    if not loose:
+        return rings
+    ends = np.concatenate([line[[0, -1]] for line in loose])
+    ahead = np.concatenate([line[[0, -1]] - line[[LOOK_BACK, -1 - LOOK_BACK]] for line in loose])
+    ahead /= np.maximum(np.linalg.norm(ahead, axis=1, keepdims=True), 1e-12)
+    first, second = KDTree(ends).query_pairs(BREAK_LINES * CELLS_PER_LINE, output_type="ndarray").T
+    across = ends[second] - ends[first]
+    gap = np.maximum(np.linalg.norm(across, axis=1), 1e-12)
+    facing = np.minimum((ahead[first] * across).sum(axis=1), -(ahead[second] * across).sum(axis=1)) / gap
+    links, used = [], set[int]()
+    for pair in np.argsort(-facing):
+        both = int(first[pair]), int(second[pair])
+        if facing[pair] > LEAST_FACING and not used.intersection(both):
+            used.update(both)
+            links.append(ends[list(both)])
+    return [*rings, *_merged([*loose, *links])]
