@@ -89,3 +89,10 @@ def test_impossible_noise_is_refused_with_every_problem():
     assert len(noisy_films(varied, replace(ProcessNoise(), registration_mm=0.0), 1, seed=0)) == 1
     with pytest.raises(InputError, match="cannot be shifted"):
         noisy_films(varied, ProcessNoise(), 1, seed=0)
+
+
+def test_shifts_keep_the_contraction_where_directors_vary():
+    made = film(ellipse(12.0, 9.0), 1.0, contraction=0.15, direction=azimuthal)
+    total = float(made.contraction[0] @ made.area_mm2)
+    for noisy in noisy_films(made, replace(NONE, registration_mm=0.3), 5, seed=0):
+        assert float(noisy.contraction[0] @ made.area_mm2) == pytest.approx(total, rel=2e-3)

@@ -92,15 +92,20 @@ def noisy_films(film: Film, noise: ProcessNoise, count: int, seed: int) -> list[
 
 
 class _Shifted:
-    """The alignment of each layer as a function of a shift."""
+    """The alignment of each layer as a function of a shift.
+
+    Interpolates q = e (cos 2 theta, sin 2 theta) for the director, and e by itself: the vector's length would fall
+    wherever directors differ, by 1 to 2 % of all contraction, each time that a film is shifted.
+    """
 
     def __init__(self, film: Film, centre: np.ndarray) -> None:
         double = 2.0 * film.director_rad
-        q = np.stack((film.contraction * np.cos(double), film.contraction * np.sin(double)), axis=-1)
+        e = film.contraction
+        alignment = np.stack((e * np.cos(double), e * np.sin(double), e), axis=-1)
         mesh = Delaunay(centre)
         self._centre = centre
-        self._inside = [LinearNDInterpolator(mesh, layer) for layer in q]
-        self._beyond = [NearestNDInterpolator(centre, layer) for layer in q]
+        self._inside = [LinearNDInterpolator(mesh, layer) for layer in alignment]
+        self._beyond = [NearestNDInterpolator(centre, layer) for layer in alignment]
 
     def __call__(self, shift_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return directors [rad] and contractions, shape [layers, m], of layers shifted by [layers, 2] mm."""
@@ -110,8 +115,8 @@ class _Shifted:
             outside = np.isnan(values[:, 0])
             values[outside] = beyond(place[outside])
             found.append(values)
-        q = np.stack(found)
-        return 0.5 * np.arctan2(q[..., 1], q[..., 0]), np.hypot(q[..., 0], q[..., 1])
+        cos, sin, contraction = np.moveaxis(np.stack(found), -1, 0)
+        return 0.5 * np.arctan2(sin, cos), contraction
 
 
 def _noisy(
