@@ -4,7 +4,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 import shapely
@@ -111,7 +111,7 @@ def plan(
         InputError: with every problem found, for wrong settings, or a target that gives no passes.
     """
     thickness = tuple(float(value) for value in layer_thickness_mm)
-    _check_settings(thickness, margin_mm, seed)
+    _check_settings(thickness, margin_mm, seed, tracer)
     calibration = calibration or load_calibration()
     machine = machine or load_machine()
     report = progress or (lambda stage, share: None)
@@ -237,7 +237,7 @@ def plan_summary(plan: Plan) -> dict[str, Any]:
     }
 
 
-def _check_settings(thickness: tuple[float, ...], margin_mm: float, seed: int) -> None:
+def _check_settings(thickness: tuple[float, ...], margin_mm: float, seed: int, tracer: str) -> None:
     problems = []
     if len(thickness) < 2 or not all(np.isfinite(value) and value > 0 for value in thickness):
         problems.append(
@@ -250,6 +250,10 @@ def _check_settings(thickness: tuple[float, ...], margin_mm: float, seed: int) -
         )
     if seed < 0:
         problems.append(f"seed is {seed}, allowed is a whole number from 0; choose another")
+    if tracer not in get_args(Tracer):
+        problems.append(
+            f"tracer is '{tracer}', allowed are {' and '.join(get_args(Tracer))}; take greedy for the paper's passes"
+        )
     if problems:
         raise InputError(problems)
 
