@@ -1,14 +1,10 @@
 """Calibrations as TOML files."""
 
-import json
-import tomllib
 from pathlib import Path
-
-from pydantic import ValidationError
 
 from planner.calibration.calibration import Calibration
 from planner.errors import InputError
-from planner.program import CalibrationRecord, validation_sentences
+from planner.program import CalibrationRecord, read_toml
 
 PLACEHOLDER = Path(__file__).with_name("placeholder.toml")
 RANGE_TOLERANCE = 0.02
@@ -22,7 +18,7 @@ def load_calibration(path: str | Path | None = None) -> Calibration:
     model whose own radii are not those of the stated limits.
     """
     path = PLACEHOLDER if path is None else Path(path)
-    record = _read_record(path)
+    record = read_toml(path, CalibrationRecord, "calibration")
     try:
         calibration = Calibration(record)
         problems = _range_problems(calibration)
@@ -31,23 +27,6 @@ def load_calibration(path: str | Path | None = None) -> Calibration:
     if problems:
         raise InputError([f"{path}: {problem}" for problem in problems])
     return calibration
-
-
-def _read_record(path: Path) -> CalibrationRecord:
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such calibration file; check the path") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error}); check the file") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid TOML ({error}); correct the line named") from None
-    # Through JSON, because only there strict checking takes an array for a tuple; dates become text.
-    text = json.dumps(document, default=str)
-    try:
-        return CalibrationRecord.model_validate_json(text, strict=True)
-    except ValidationError as error:
-        raise InputError(validation_sentences(error, str(path))) from None
 
 
 def _range_problems(calibration: Calibration) -> list[str]:

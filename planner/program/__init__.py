@@ -19,6 +19,7 @@ from planner.program.program import CreatedBy, Film, Inputs, Layer, Program
 from planner.program.segments import Segment, describe_split, split_layer
 from planner.program.sentences import validation_sentences
 from planner.program.timing import LayerTime, layer_times, scratch_time
+from planner.program.toml_file import read_toml
 
 __all__ = [
     "PROGRAM_FILE",
@@ -51,6 +52,7 @@ __all__ = [
     "load_program",
     "program_problems",
     "program_schema",
+    "read_toml",
     "save_program",
     "scratch_time",
     "split_layer",

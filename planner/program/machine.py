@@ -1,15 +1,12 @@
 """What a machine can do: the numbers that checks, times and simulations of a Program need."""
 
-import json
-import tomllib
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from planner.errors import InputError
 from planner.program.operations import Strict
-from planner.program.sentences import validation_sentences
+from planner.program.toml_file import read_toml
 
 PAPER_MACHINE = Path(__file__).with_name("paper_machine.toml")
 
@@ -88,17 +85,4 @@ def load_machine(path: str | Path | None = None) -> Machine:
 
     Raises InputError with every problem found: unreadable file, unknown or missing key, wrong value.
     """
-    path = PAPER_MACHINE if path is None else Path(path)
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such machine file; check the path") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error}); check the file") from None
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: not valid TOML ({error}); correct the line named") from None
-    try:
-        # Through JSON, because only there strict checking takes an array for a tuple.
-        return Machine.model_validate_json(json.dumps(document, default=str), strict=True)
-    except ValidationError as error:
-        raise InputError(validation_sentences(error, str(path))) from None
+    return read_toml(PAPER_MACHINE if path is None else Path(path), Machine, "machine")
