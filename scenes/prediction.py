@@ -61,8 +61,8 @@ def predict_into(
         target: what to score against, or None.
         options: settings of the twin.
         scanner_noise: see the shape through the model of a phone's depth camera.
-        seeds: heat this often, each time disturbed differently; the most frequent shape is the result, and each
-            one is shown beside it.
+        seeds: heat this often, each time disturbed differently; the most frequent shape is the result, and all are
+            shown side by side.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
@@ -100,7 +100,7 @@ def predict_into(
         if program.calibration.placeholder:
             caption += ", placeholder calibration"
         draw_hot_shape(scratch / "hot_shape.png", surface, triangles, caption=caption)
-        if seeds > 1:
+        if len(families) > 1:
             draw_side_by_side(
                 scratch / "shapes_by_seed.png",
                 [level_mm(family.shape, family.shape.hottest) for family in families],

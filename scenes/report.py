@@ -117,6 +117,13 @@ def _heating(result: dict[str, Any]) -> list[tuple[str, str]]:
         (f"snapped at {snap['temperature_c']:.0f} C", f"by {snap['distance_mm']:.1f} mm")
         for snap in equilibrium["snaps"]
     ]
+    rows += [
+        (
+            f"taken by {family['share']:.0%} of the seeds",
+            f"{_numbers(family['seeds'])}: {family['depth_mm']:.1f} mm deep",
+        )
+        for family in result.get("shapes_by_seed", ())
+    ]
     if len(stops) > 1:
         rows += [(f"{stop['temperature_c']:g} C", f"{stop['depth_mm']:.1f} mm deep, {_stable(stop)}") for stop in stops]
     if result["cooled_back_to_flat_mm"] is not None:

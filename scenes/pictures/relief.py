@@ -108,8 +108,9 @@ def _opengl_image(
             plotter.add_mesh(
                 mesh, scalars=colours.values, cmap=colours.colour_map, clim=(colours.low, colours.high), **shared
             )
-        right, up, towards = _view()
-        middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
+        right, up, towards = view = _view()
+        seen = vertices @ view.T
+        middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ view
         for direction, intensity in ((_LIGHT_FROM, 0.92), (np.array([0.5, 0.0, 1.0]), 0.16)):
             world = direction @ np.stack([right, up, towards])
             light = pyvista.Light(position=tuple(middle + 1e3 * world), focal_point=tuple(middle))

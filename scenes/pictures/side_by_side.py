@@ -35,14 +35,15 @@ def draw_side_by_side(
     columns = min(len(shapes_mm), COLUMNS)
     rows = -(-len(shapes_mm) // columns)
     scale = max(half_height(shape) for shape in shapes_mm)
-    figure = Figure(figsize=(0.6 + 2.8 * columns, 0.7 + 3.7 * rows), dpi=110, facecolor="white", layout="constrained")
+    figure = Figure(figsize=(0.6 + 2.8 * columns, 0.7 + 3.7 * rows), dpi=110, facecolor="white", layout="compressed")
     FigureCanvasAgg(figure)
     figure.suptitle(title, fontsize=14)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for axes in panels:
-        axes.set_axis_off()
+        axes.set(xticks=[], yticks=[])
+        axes.spines[:].set_visible(False)
     for axes, shape, caption in zip(panels, shapes_mm, captions, strict=False):
         axes.imshow(relief_image(shape, triangles, scale, size_px=SIZE_PX))
-        axes.set_title(f"{caption}\n{np.ptp(shape[:, 2]):.1f} mm deep", y=-0.02, va="top", fontsize=12)
+        axes.set_xlabel(f"{caption}\n{np.ptp(shape[:, 2]):.1f} mm deep", fontsize=12)
     with whole_file(path) as scratch:
         figure.savefig(scratch)

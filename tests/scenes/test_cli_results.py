@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import numpy as np
@@ -15,7 +16,9 @@ from planner.program.machine import PAPER_MACHINE
 from planner.target import load_target
 from scenes.commands import run_predict
 from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
-from twin.predict import PredictOptions, predict
+from twin.families import Family
+from twin.hot_shape import Snap
+from twin.predict import PredictOptions, heat_film, predict
 from twin.score import Score
 
 COARSE = ("--mesh-mm", "1.5", "--device", "cpu")
@@ -131,7 +134,7 @@ def test_flags_left_out_are_the_defaults_of_the_library():
 
 def test_a_series_of_temperatures_is_kept_told_and_drawn(lce, planned, tmp_path):
     out = tmp_path / "hot"
-    ran = lce("predict", planned, "--out", out, *COARSE, "--temperatures-c", "25,60,105,60", "--seeds", "2")
+    ran = lce("predict", planned, "--out", out, *COARSE, "--temperatures-c", "25,60,105,60")
     assert ran.code == 0, ran.err
     result = result_of(out)
     assert [stop["temperature_c"] for stop in result["stops"]] == [25.0, 60.0, 105.0, 60.0]
@@ -143,10 +146,37 @@ def test_a_series_of_temperatures_is_kept_told_and_drawn(lce, planned, tmp_path)
     with np.load(out / "heating.npz") as heating:
         assert heating["temperature_c"][heating["stops"]].tolist() == [25.0, 60.0, 105.0, 60.0]
     assert re.search(r"105 C: \d\.\d mm deep, stable", ran.out)
-    assert {"temperatures.png", "shapes_by_seed.png"} <= names(out)
+    assert names(out) == PREDICT_FILES | {"temperatures.png"}
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert page.count("<img") == 7
+    assert page.count("<img") == 6
     assert "mm deep, stable" in page
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_snaps_and_several_shapes_are_told(lce, planned, tmp_path, monkeypatch):
+    """Two shapes, made up of the one that the dome has; the first has jumped."""
+    captions = []
+
+    def two(film, options, count, *, progress):
+        shape = heat_film(film, options)
+        snapped = replace(shape, snaps=(Snap(temperature_c=87.2, distance_mm=1.23, cooling=False),))
+        return (
+            Family(shape=snapped, seeds=(0, 2), share=2 / 3),
+            Family(shape=shape, seeds=(1,), share=1 / 3),
+        )
+
+    monkeypatch.setattr("scenes.prediction.shapes_by_seed", two)
+    monkeypatch.setattr("scenes.prediction.draw_side_by_side", lambda *given, title: captions.extend(given[3]))
+    ran = lce("predict", planned, "--out", tmp_path / "hot", *COARSE, "--seeds", "3")
+    assert ran.code == 0, ran.err
+    assert "The film snapped at 87 C by 1.2 mm while it was heated" in ran.out
+    assert "The film has 2 shapes, taken by 67%, 33% of the seeds" in ran.out
+    assert captions == ["67% of 3 seeds", "33% of 3 seeds"]
+    result = result_of(tmp_path / "hot")
+    assert result["equilibrium"]["snaps"] == [{"temperature_c": 87.2, "distance_mm": 1.23, "cooling": False}]
+    page = (tmp_path / "hot" / "report.html").read_text(encoding="utf-8")
+    assert "snapped at 87 C" in page
+    assert "taken by 67% of the seeds" in page
 
 
 def test_a_plan_leaves_its_program_figures_pictures_and_target(planned):

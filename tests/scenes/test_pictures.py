@@ -7,7 +7,7 @@ from PIL import Image
 from planner.errors import InputError
 from planner.program import Actuate, CreatedBy, Cut, Film, Inputs, Layer, Pass, Program
 from planner.target import surface_mesh, target_from_heights
-from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_target
+from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_side_by_side, draw_target
 from scenes.pictures.graphics import VARIABLE, renderer
 from scenes.pictures.whole_file import whole_file
 from twin.score import score_surface
@@ -45,6 +45,18 @@ def assert_marks_are_upright(path):
     blue = np.argwhere(image[..., 2] - image[..., 0] > 80).mean(axis=0)
     assert red[0] < blue[0] - 100
     assert red[1] < blue[1] - 100
+
+
+def test_shapes_side_by_side_share_one_scale(tmp_path, mesh):
+    vertices, triangles = mesh
+    shapes = [vertices, 0.5 * vertices, vertices, vertices, vertices]
+    draw_side_by_side(tmp_path / "five.png", shapes, triangles, list("abcde"), title="Five")
+    image = pixels(tmp_path / "five.png")
+    rows, columns = image.shape[0] // 2, image.shape[1] // 4
+    first, half, *_ = ((image[:rows, k * columns : (k + 1) * columns].min(axis=2) < 230).sum() for k in range(4))
+    assert half == pytest.approx(first / 4, rel=0.15)
+    assert (image[rows:, : image.shape[1] // 4] < 200).any()
+    assert (image[rows + rows // 4 :, image.shape[1] // 3 :] > 250).all()
 
 
 def draw_marks(path, mesh):
