@@ -20,7 +20,7 @@ from benchmarks.stopwatch import Stopwatch
 from planner.plan import plan
 from scenes.case import load_case
 from twin.batch import ProcessNoise, heat_films, noisy_films
-from twin.cycle import rigid_distance_mm
+from twin.equilibrium import rigid_distance_mm
 from twin.equilibrium.linear import PardisoSolver, SuperLuSolver
 from twin.film import FilmOptions, build_film
 from twin.predict import HotShape, PredictOptions, heat_film

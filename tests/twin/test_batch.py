@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from films import azimuthal, ellipse, film, random_film, rectangle
 
 from planner.errors import InputError, SolverError
 from twin.batch import heat_films, run_together
 from twin.batch.gathering import Gathering
+from twin.equilibrium import rigid_distance_mm
 from twin.film import Film
 from twin.predict import PredictOptions, heat_film
 from twin.shell import Loads, Shell
@@ -148,3 +150,15 @@ def test_errors_say_which_film(monkeypatch):
         heat_films([films[0], film(rectangle(8.0, 8.0), 1.5)])
     with pytest.raises(InputError, match="lanes: found 0"):
         heat_films(films, lanes=0)
+
+
+@pytest.mark.gpu
+def test_films_heated_together_on_a_gpu_are_those_of_the_cpu():
+    wp.init()
+    if not wp.is_cuda_available():
+        pytest.skip("no CUDA device is present")
+    films = different_films(4)
+    on_gpu, on_cpu = (heat_films(films, PredictOptions(device=device)) for device in ("cuda", "cpu"))
+    for one, other in zip(on_gpu, on_cpu, strict=True):
+        assert one.device.startswith("cuda")
+        assert rigid_distance_mm(one.hot_mm, other.hot_mm) < 1e-4
