@@ -20,7 +20,7 @@ def coarsen(film: Film, edge_mm: float) -> Film:
         film: the fine film: one piece without holes.
         edge_mm: edge length of the coarse triangles [mm].
     """
-    flat, triangles = mesh_outline(_outline(film), edge_mm)
+    flat, triangles = mesh_outline(outline_of(film), edge_mm)
     centre = film.flat_mm[film.triangles].mean(axis=1)
     coarse_centre = flat[triangles].mean(axis=1)
     # fine triangles go to the coarse triangle with the nearest centre: on a nearly regular mesh those inside it
@@ -74,7 +74,7 @@ def _means(owner: np.ndarray, weight: np.ndarray, values: np.ndarray, count: int
     return sums / np.maximum(np.bincount(owner, weight, count), 1e-300)[:, None]
 
 
-def _outline(film: Film) -> np.ndarray:
+def outline_of(film: Film) -> np.ndarray:
     """Return the boundary loop of a film without holes [mm], counter-clockwise, shape [k, 2]."""
     ends = film.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
     count = len(film.flat_mm)

@@ -1,0 +1,53 @@
+"""Settings of an inverse design."""
+
+from dataclasses import dataclass, field
+
+from planner.errors import InputError
+from planner.plan import LAYER_THICKNESS_MM
+from twin.inverse.field_control import Stack
+from twin.predict import PredictOptions
+from twin.temperature import TemperatureUniform
+
+
+@dataclass(frozen=True, kw_only=True)
+class InverseOptions:
+    """What may be scratched, how the film will be heated, and how long to search."""
+
+    layer_thickness_mm: tuple[float, ...] = LAYER_THICKNESS_MM
+    """Flat thickness of each layer [mm], bottom first."""
+    stack: Stack = "all"
+    """`all`: every layer has a field of its own; `pairs`: the lower half of the layers share one and the upper half."""
+    heated: PredictOptions = field(default_factory=PredictOptions)
+    """How the film will be heated: weight, plate, temperature, and the mesh of the final check."""
+    line_width_mm: float = 0.8
+    robust: bool = False
+    """Whether the mean over noisy films is optimised instead of the film as intended."""
+    budget_s: float | None = None
+    """Time to stop after [s], about; None to go on until it no longer pays."""
+    seed: int = 0
+
+    def check(self) -> None:
+        """Refuse settings that make no design.
+
+        Raises:
+            InputError: with every problem found.
+        """
+        problems = []
+        if self.stack not in ("all", "pairs"):
+            problems.append(f"stack: found {self.stack!r}, allowed are all and pairs; choose one of them.")
+        if len(self.layer_thickness_mm) < 2 or any(not value > 0.0 for value in self.layer_thickness_mm):
+            problems.append(
+                f"layer thickness: found {list(self.layer_thickness_mm)}, allowed are two or more positive lengths in "
+                "mm; the paper's film has 0.2, 0.2, 0.2, 0.2."
+            )
+        if self.budget_s is not None and not self.budget_s > 0.0:
+            problems.append(f"budget: found {self.budget_s:g} s, allowed is a positive time; 300 s is a good one.")
+        if self.seed < 0:
+            problems.append(f"seed: found {self.seed}, allowed is a whole number from 0; choose another.")
+        if not isinstance(self.heated.temperature_field, TemperatureUniform):
+            problems.append(
+                "temperature field: the inverse method designs for a uniform one; plan so, then predict the Program "
+                f"in the field '{self.heated.temperature_field.kind}'."
+            )
+        if problems:
+            raise InputError(problems)

@@ -1,0 +1,77 @@
+"""How an equilibrium moves when the alignment of the layers changes: the adjoint of the layered shell.
+
+At an equilibrium x(q) the gradient of the energy vanishes, so with its Hessian H = d2E/dx2 and B = d2E/dx dq
+
+    dx = -H^-1 B dq,     and for any function J(x):  dJ/dq = -B^t H^-1 dJ/dx,
+
+one solve each with a matrix that Newton's method factorises anyway. The energy itself changes by dE/dq alone.
+"""
+
+import numpy as np
+
+from twin.equilibrium import Newton
+from twin.inverse.forms import edge_forms, frames, pull_back
+from twin.inverse.layer_response import LayerResponse
+from twin.shell.topology import stencils
+
+
+class Sensitivity:
+    """Derivative of a film's equilibrium with respect to the alignment vectors of its triangles.
+
+    The temperature field, the weight and the thickness of the top face are taken as they are at the equilibrium.
+    """
+
+    def __init__(self, newton: Newton) -> None:
+        """Prepare for the mesh of a solver's film; `at` gives it an equilibrium."""
+        self._newton = newton
+        film = newton.shell.film
+        self._around = stencils(film.triangles)
+        self._frame = frames(film.flat_mm, film.triangles)
+        # absent neighbours have no derivatives: any vertex may stand in for them
+        self._slots = np.where(self._around.vertices >= 0, self._around.vertices, 0)
+        self._mixed = np.empty(0)
+        self._energy_by_q = np.empty(0)
+
+    @property
+    def energy_by_q(self) -> np.ndarray:
+        """Gradient of the equilibrium's energy over mu [mm^3], shape [layers, m, 2]."""
+        return self._energy_by_q
+
+    def at(self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray) -> bool:
+        """Linearise at an equilibrium of the film that the solver's shell has been taught; False if it is not stable.
+
+        Args:
+            vertices_mm: vertices in balance [mm], shape [n, 3].
+            q: alignment vectors of that film, shape [layers, m, 2].
+            activation: fraction of the full contraction, a number or shape [m].
+        """
+        shell = self._newton.shell
+        film = shell.film
+        first, second = edge_forms(vertices_mm, film.triangles, self._around)
+        a, b = pull_back(first, self._frame), pull_back(second, self._frame)
+        layers = LayerResponse(q, film.layer_thickness_mm, activation=activation, modulus_ratio=film.modulus_ratio)
+        self._energy_by_q = film.area_mm2[:, None] * layers.energy(a, b).by_q
+        by_q = film.area_mm2[:, None, None] * layers.stress_by_q(a, b).reshape(len(a), 6, -1)
+        _, _, values = shell.hessian(vertices_mm)
+        # [m, slots and axes, layers and components]
+        strain = shell.strain()
+        self._mixed = np.einsum("tkfc,tfp->tkcp", strain, by_q, optimize=True).reshape(len(a), -1, by_q.shape[2])
+        return self._newton.system.factorize(values)
+
+    def push(self, dq: np.ndarray) -> np.ndarray:
+        """Return how the vertices move [mm] for a change of q, shape [layers, m, 2] -> [n, 3]."""
+        flat = np.ascontiguousarray(dq.swapaxes(0, 1)).reshape(len(self._slots), -1)
+        force = np.einsum("tap,tp->ta", self._mixed, flat).reshape(*self._slots.shape, 3)
+        slots, count = self._slots.ravel(), self._newton.shell.vertex_count
+        total = np.stack([np.bincount(slots, force[..., axis].ravel(), count) for axis in range(3)], axis=1)
+        return -self._solve(total)
+
+    def pull(self, by_vertices: np.ndarray) -> np.ndarray:
+        """Return dJ/dq, shape [layers, m, 2], for the gradient dJ/dx of a function, shape [n, 3]."""
+        adjoint = self._solve(by_vertices)[self._slots].reshape(len(self._slots), -1)
+        by_q = -np.einsum("tap,ta->tp", self._mixed, adjoint)
+        return by_q.reshape(len(by_q), -1, 2).swapaxes(0, 1)
+
+    def _solve(self, force: np.ndarray) -> np.ndarray:
+        system = self._newton.system
+        return system.solve(np.where(system.free, force.ravel(), 0.0))
