@@ -41,6 +41,38 @@ class FirstDesign:
     """Mean elastic energy per area over mu [mm]."""
 
 
+class TargetEnergy:
+    """Energy of a film whose vertices stand at given places, as a function of the flat film and of the alignment."""
+
+    def __init__(
+        self, vertices_mm: np.ndarray, triangles: np.ndarray, layer_thickness_mm: np.ndarray, control: FieldControl
+    ) -> None:
+        """Prepare.
+
+        Args:
+            vertices_mm: mid-surface [mm], shape [n, 3].
+            triangles: vertex indices, shape [m, 3].
+            layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
+            control: design variables of the alignment.
+        """
+        self._triangles, self._thickness, self._control = triangles, layer_thickness_mm, control
+        self._first, self._second = edge_forms(vertices_mm, triangles, stencils(triangles))
+        corners = vertices_mm[triangles]
+        vector = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        self.area_mm2 = 0.5 * np.linalg.norm(vector, axis=1)
+
+    def __call__(self, flat_mm: np.ndarray, u: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return energy over mu [mm^3] plus penalty, and its gradients by the flat vertices and by u."""
+        frame = frames(flat_mm, self._triangles)
+        a, b = pull_back(self._first, frame), pull_back(self._second, frame)
+        energy = LayerResponse(self._control.q(u), self._thickness).energy(a, b)
+        penalty, by_u = self._control.penalty(u)
+        weight = self.area_mm2[:, None]
+        by_u = by_u + self._control.pull(u, weight * energy.by_q)
+        by_flat = _by_flat(self._triangles, len(flat_mm), frame, a, b, weight * energy.by_form)
+        return float(self.area_mm2 @ energy.value) + penalty, by_flat, by_u
+
+
 def design_at_target(
     target: Target,
     *,
@@ -56,7 +88,7 @@ def design_at_target(
     Args:
         target: the surface that the top face should become.
         edge_mm: edge length of the triangles, seen from above on the target [mm].
-        layer_thickness_mm: flat thickness of each layer [mm], shape [L].
+        layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
         largest: largest contraction that a layer can be given.
         stack: which layers have fields of their own, see `FieldControl`.
         iterations: steps of L-BFGS.
@@ -67,8 +99,7 @@ def design_at_target(
     """
     flattening = flatten(target, edge_mm=edge_mm)
     triangles, count = flattening.triangles, len(flattening.vertices_mm)
-    vertices, area = _mid_surface(flattening.vertices_mm, triangles, 0.5 * float(np.sum(layer_thickness_mm)))
-    first, second = edge_forms(vertices, triangles, stencils(triangles))
+    vertices = _below(flattening.vertices_mm, triangles, 0.5 * float(np.sum(layer_thickness_mm)))
     control = FieldControl(
         triangles,
         count,
@@ -78,41 +109,34 @@ def design_at_target(
         smoothness=SMOOTHNESS,
         damping=1.0,
     )
-    fields = control.fields
+    energy, shape = TargetEnergy(vertices, triangles, layer_thickness_mm, control), (control.fields, count, 2)
 
     def value(unknown: np.ndarray) -> tuple[float, np.ndarray]:
-        flat, u = unknown[: 2 * count].reshape(count, 2), unknown[2 * count :].reshape(fields, count, 2)
-        frame = frames(flat, triangles)
-        a, b = pull_back(first, frame), pull_back(second, frame)
-        energy = LayerResponse(control.q(u), layer_thickness_mm).energy(a, b)
-        penalty, by_u = control.penalty(u)
-        by_u = by_u + control.pull(u, area[:, None] * energy.by_q)
-        by_flat = _by_flat(triangles, count, frame, a, b, area[:, None] * energy.by_form)
-        return float(area @ energy.value) + penalty, np.concatenate((by_flat.ravel(), by_u.ravel()))
+        flat, u = unknown[: 2 * count].reshape(count, 2), unknown[2 * count :].reshape(shape)
+        total, by_flat, by_u = energy(flat, u)
+        return total, np.concatenate((by_flat.ravel(), by_u.ravel()))
 
     rng = np.random.default_rng(seed)
-    start = np.concatenate(
-        (FLAT_SCALE * flattening.film_mm.ravel(), START_CONTRACTION * rng.normal(size=2 * fields * count))
-    )
+    alignment = START_CONTRACTION * rng.normal(size=shape)
+    start = np.concatenate((FLAT_SCALE * flattening.film_mm.ravel(), alignment.ravel()))
     options = {"maxiter": iterations, "maxcor": MEMORY, "maxfun": 2 * iterations}
     found = minimize(value, start, jac=True, method="L-BFGS-B", options=options)
-    u = found.x[2 * count :].reshape(fields, count, 2)
+    u = found.x[2 * count :].reshape(shape)
     return FirstDesign(
         flat_mm=found.x[: 2 * count].reshape(count, 2),
         triangles=triangles,
         u=u,
         vertices_mm=vertices,
-        energy_mm=(float(found.fun) - control.penalty(u)[0]) / float(area.sum()),
+        energy_mm=(float(found.fun) - control.penalty(u)[0]) / float(energy.area_mm2.sum()),
     )
 
 
-def _mid_surface(top_mm: np.ndarray, triangles: np.ndarray, depth_mm: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the surface `depth_mm` below another along its vertex normals, and the area of its triangles."""
+def _below(top_mm: np.ndarray, triangles: np.ndarray, depth_mm: float) -> np.ndarray:
+    """Return the surface `depth_mm` below another along its vertex normals."""
     corners = top_mm[triangles]
     vector = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal = np.stack([np.bincount(triangles.ravel(), np.repeat(part, 3), len(top_mm)) for part in vector.T], axis=1)
-    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    return top_mm - depth_mm * normal, 0.5 * np.linalg.norm(vector, axis=1)
+    return top_mm - depth_mm * normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
 def _by_flat(

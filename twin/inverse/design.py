@@ -44,6 +44,7 @@ from twin.hot_shape import HotShape
 from twin.inverse.at_target import design_at_target
 from twin.inverse.basin import FIRST_FRUSTRATION_PER_MM3, descend, descend_in_basin
 from twin.inverse.field_control import FieldControl
+from twin.inverse.limits import describe_limits
 from twin.inverse.mismatch import Mismatch
 from twin.inverse.noise import noise_worlds
 from twin.inverse.options import InverseOptions
@@ -64,9 +65,6 @@ from twin.score import Score, score_surface
 
 logger = logging.getLogger(__name__)
 
-COARSE_TRIANGLES = 1600
-MIDDLE_TRIANGLES = 5000
-PASS_TRIANGLES = 10_000
 SATURATION = 0.95
 """Largest contraction of the smooth fields, as a share of the calibration's: room for the passes to correct."""
 FIELD_SMOOTHNESS = 1e-4
@@ -221,6 +219,21 @@ def design_inverse(
     shape = predict(program, options.heated, progress=lambda stage, share: search.report("check", share))
     scored = score_surface(shape.top_mm, shape.film.triangles, target)
     ideal = _ideal(target, calibration, options, field)
+    largest = contraction_range(calibration)[1]
+
+    def left_over(changed: Target, thickness: float, contraction: float) -> float:
+        layers = thickness * np.array(options.layer_thickness_mm)
+        edge_mm = _edge_mm(_area(changed.outline_mm), options.coarse_triangles)
+        first = design_at_target(
+            changed,
+            edge_mm=edge_mm,
+            layer_thickness_mm=layers,
+            largest=contraction * SATURATION * largest,
+            stack=options.stack,
+            seed=options.seed,
+        )
+        return first.energy_mm / float(layers.sum())
+
     meant = carry(designed[0], designed[1], shape.film.flat_mm)
     return InverseDesign(
         program=program,
@@ -233,14 +246,14 @@ def design_inverse(
         problems=check(program, machine),
         history=tuple(search.history),
         notes=tuple(target.notes),
-        limits=(),
+        limits=describe_limits(target, scored, shape.film, largest, left_over),
     )
 
 
 def _coarse(target: Target, calibration: Calibration, options: InverseOptions, search: _Search) -> Field:
     first = design_at_target(
         target,
-        edge_mm=_edge_mm(_area(target.outline_mm), COARSE_TRIANGLES),
+        edge_mm=_edge_mm(_area(target.outline_mm), options.coarse_triangles),
         layer_thickness_mm=np.array(options.layer_thickness_mm),
         largest=SATURATION * contraction_range(calibration)[1],
         stack=options.stack,
@@ -272,7 +285,7 @@ def _coarse(target: Target, calibration: Calibration, options: InverseOptions, s
 
 
 def _middle(target: Target, calibration: Calibration, options: InverseOptions, search: _Search, coarse: Field) -> Field:
-    flat, triangles = mesh_outline(coarse.outline_mm, _edge_mm(_area(coarse.outline_mm), MIDDLE_TRIANGLES))
+    flat, triangles = mesh_outline(coarse.outline_mm, _edge_mm(_area(coarse.outline_mm), options.middle_triangles))
     carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
     u = np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
     control = _field_control(triangles, len(flat), calibration, options)
@@ -328,7 +341,7 @@ def _passes(
 ) -> tuple[tuple[tuple, ...], tuple[np.ndarray, np.ndarray]]:
     """Optimise the speeds; returns the passes of each layer, and the designed shape with its flat vertices."""
     outline = field.outline_mm
-    flat, triangles = mesh_outline(outline, _edge_mm(_area(outline), PASS_TRIANGLES))
+    flat, triangles = mesh_outline(outline, _edge_mm(_area(outline), options.pass_triangles))
     bounds = outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0
     corners = flat[triangles]
     painted = [

@@ -8,6 +8,8 @@ from twin.inverse.field_control import Stack
 from twin.predict import PredictOptions
 from twin.temperature import TemperatureUniform
 
+LEAST_TRIANGLES = 100
+
 
 @dataclass(frozen=True, kw_only=True)
 class InverseOptions:
@@ -20,6 +22,13 @@ class InverseOptions:
     heated: PredictOptions = field(default_factory=PredictOptions)
     """How the film will be heated: weight, plate, temperature, and the mesh of the final check."""
     line_width_mm: float = 0.8
+    """Width that one pass aligns [mm]."""
+    coarse_triangles: int = 1600
+    """Size of the first mesh, on which the basin is chosen."""
+    middle_triangles: int = 5000
+    """Size of the mesh of the smooth fields."""
+    pass_triangles: int = 10_000
+    """Size of the mesh on which the passes are optimised."""
     robust: bool = False
     """Whether the mean over noisy films is optimised instead of the film as intended."""
     budget_s: float | None = None
@@ -42,6 +51,12 @@ class InverseOptions:
             )
         if self.budget_s is not None and not self.budget_s > 0.0:
             problems.append(f"budget: found {self.budget_s:g} s, allowed is a positive time; 300 s is a good one.")
+        for name in ("coarse", "middle", "pass"):
+            count = getattr(self, f"{name}_triangles")
+            if count < LEAST_TRIANGLES:
+                problems.append(
+                    f"{name} triangles: found {count}, allowed are {LEAST_TRIANGLES} and more; leave it at the default."
+                )
         if self.seed < 0:
             problems.append(f"seed: found {self.seed}, allowed is a whole number from 0; choose another.")
         if not isinstance(self.heated.temperature_field, TemperatureUniform):

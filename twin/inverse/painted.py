@@ -68,7 +68,8 @@ def _blur(size: int, blur_mm: float) -> sp.csr_matrix:
     impulse = np.zeros(2 * reach + 1)
     impulse[reach] = 1.0
     kernel = gaussian_filter1d(impulse, blur_mm / PIXEL_MM, mode="constant")
-    return sp.csr_matrix(sp.diags_array(kernel, offsets=np.arange(-reach, reach + 1), shape=(size, size)))
+    bands = np.tile(kernel[:, None], size)
+    return sp.csr_matrix(sp.dia_matrix((bands, np.arange(-reach, reach + 1)), shape=(size, size)))
 
 
 def _average(points_mm: np.ndarray, origin_mm: np.ndarray, shape: tuple[int, ...]) -> sp.csr_matrix:
