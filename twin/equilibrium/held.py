@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from planner.errors import SolverError
 from twin.equilibrium.linear import PardisoSolver, SuperLuSolver, sparse_solver
 from twin.shell.topology import Pattern
 
@@ -34,7 +35,15 @@ class HeldSystem:
         return self.solver.factorize(values)
 
     def factorize_shifted(self, values: np.ndarray) -> None:
-        """Factorise with the first multiple of the identity added, of a rising series, that makes it definite."""
+        """Factorise with the first multiple of the identity added, of a rising series, that makes it definite.
+
+        Raises:
+            SolverError: if a value is not finite.
+        """
+        if not np.isfinite(values).all():
+            raise SolverError(
+                "equilibrium: the film's stiffness is not finite; its mesh or its layers hold bad values."
+            )
         shift = 1e-8 * float(np.abs(values[self._diagonal]).mean())
         while True:
             shifted = values.copy()
