@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.target import Target
-from scenes.pictures.whole_file import whole_file
+from scenes.whole_file import whole_file
 from twin.scan import grey_image
 from twin.score import Score
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from planner.calibration import Calibration
 from planner.program import Layer, Machine, Pass, Program, layer_times, load_machine
-from scenes.pictures.whole_file import whole_file
+from scenes.whole_file import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 _DASH = 0.55
 """Share of each segment of a concave pass that is drawn: dashes that follow the passes' own steps."""
+_COLUMNS = 2
+_PANEL_IN = 5.2
 
 
 def draw_plan(path: str | Path, program: Program, machine: Machine | None = None) -> None:
@@ -42,21 +44,24 @@ def draw_plan(path: str | Path, program: Program, machine: Machine | None = None
     norm = LogNorm(limits.radius_mm_min, limits.radius_mm_max)
     film = np.array(program.film.outline_mm)
     width, height = np.ptp(film, axis=0)
-    panel = 5.2
+    columns = min(len(groups), _COLUMNS)
+    rows = -(-len(groups) // columns)
     figure = Figure(
-        figsize=(panel * len(groups) + 1.2, 1.9 + panel * min(max(height / width, 0.5), 1.8)),
+        figsize=(_PANEL_IN * columns + 1.2, 1.3 + rows * (0.6 + _PANEL_IN * min(max(height / width, 0.5), 1.8))),
         dpi=130,
         layout="constrained",
     )
     FigureCanvasAgg(figure)
-    panels = figure.subplots(1, len(groups), squeeze=False)[0]
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes in panels[len(groups) :]:
+        axes.set_axis_off()
     times = layer_times(program, machine or load_machine())
     calibration = Calibration(program.calibration)
-    for axes, group in zip(panels, groups, strict=True):
+    for axes, group in zip(panels, groups, strict=False):
         _draw_passes(axes, group[0].passes, calibration, norm, colours)
         _draw_outlines(axes, program)
         axes.set_title(_title(group, times[group[0].index].total_s), fontsize=12)
-    bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(panels), shrink=0.75)
+    bar = figure.colorbar(ScalarMappable(norm, colours), ax=list(panels), shrink=0.75 / rows)
     ticks = np.geomspace(limits.radius_mm_min, limits.radius_mm_max, 5)
     bar.set_ticks(list(ticks), labels=[f"{tick:.1f}" for tick in ticks])
     bar.minorticks_off()
@@ -112,4 +117,5 @@ def _title(group: tuple[Layer, ...], seconds: float) -> str:
     layers = f"layer {first}" if first == last else f"layers {first} to {last}"
     passes = group[0].passes
     length = sum(float(np.linalg.norm(np.diff(np.array(stroke.points_mm), axis=0), axis=1).sum()) for stroke in passes)
-    return f"{layers} (1 = bottom)\neach {len(passes)} passes, {length:.0f} mm, {seconds / 60:.0f} min"
+    each = "" if first == last else "each "
+    return f"{layers} (1 = bottom)\n{each}{len(passes)} passes, {length:.0f} mm, {seconds / 60:.0f} min"

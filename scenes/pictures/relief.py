@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from scenes.pictures.graphics import renderer
-from scenes.pictures.whole_file import whole_file
+from scenes.whole_file import whole_file
 
 SIZE_PX = (1000, 1200)
 _VIEW_FROM = np.array([0.32, -0.26, 1.0])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from scenes.pictures.relief import half_height, relief_image
-from scenes.pictures.whole_file import whole_file
+from scenes.whole_file import whole_file
 
 SIZE_PX = (400, 480)
 COLUMNS = 4

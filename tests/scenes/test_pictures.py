@@ -7,9 +7,18 @@ from PIL import Image
 from planner.errors import InputError
 from planner.program import Actuate, CreatedBy, Cut, Film, Inputs, Layer, Pass, Program
 from planner.target import surface_mesh, target_from_heights
-from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_side_by_side, draw_target
+from scenes.pictures import (
+    CurrentPicture,
+    draw_depth_images,
+    draw_design,
+    draw_error_map,
+    draw_hot_shape,
+    draw_plan,
+    draw_side_by_side,
+    draw_target,
+)
 from scenes.pictures.graphics import VARIABLE, renderer
-from scenes.pictures.whole_file import whole_file
+from scenes.whole_file import whole_file
 from twin.score import score_surface
 
 
@@ -57,6 +66,18 @@ def test_shapes_side_by_side_share_one_scale(tmp_path, mesh):
     assert half == pytest.approx(first / 4, rel=0.15)
     assert (image[rows:, : image.shape[1] // 4] < 200).any()
     assert (image[rows + rows // 4 :, image.shape[1] // 3 :] > 250).all()
+
+
+def test_target_shape_and_error_stand_side_by_side(tmp_path, target, mesh):
+    vertices, triangles = mesh
+    draw_design(tmp_path / "design.png", target, score_surface(vertices * [1, 1, 0.8], triangles, target))
+    CurrentPicture(target).draw(tmp_path / "current.png", vertices, triangles, caption="coarse")
+    for name, panels in (("design.png", 3), ("current.png", 2)):
+        image = pixels(tmp_path / name)
+        area = image[120:-80, : int((0.9 if panels == 3 else 1.0) * image.shape[1])].min(axis=2) < 235
+        shares = [part.mean() for part in np.array_split(area, panels, axis=1)]
+        assert min(shares) > 0.2
+        assert max(shares) < 1.2 * min(shares)
 
 
 def draw_marks(path, mesh):
@@ -138,6 +159,28 @@ def test_a_plan_says_that_its_calibration_is_a_placeholder(tmp_path):
     draw_plan(tmp_path / "measured.png", program(placeholder=False))
     assert red_at_the_bottom(tmp_path / "placeholder.png") > 200
     assert red_at_the_bottom(tmp_path / "measured.png") == 0
+
+
+def test_layers_of_their_own_have_panels_of_their_own(tmp_path):
+    """Two pairs side by side, four layers in two rows; the dashes of concave passes leave more white."""
+    pairs = program(placeholder=False)
+    convex, concave = pairs.layers[0].passes, pairs.layers[3].passes
+    own = (convex, convex[:1], concave, concave[:1])
+    layers = tuple(Layer.of(i, 0.2, passes) for i, passes in enumerate(own))
+    four = Program(**{**{name: getattr(pairs, name) for name in type(pairs).model_fields}, "layers": layers})
+    draw_plan(tmp_path / "pairs.png", pairs)
+    draw_plan(tmp_path / "four.png", four)
+    two, image = pixels(tmp_path / "pairs.png"), pixels(tmp_path / "four.png")
+    assert image.shape[1] == two.shape[1]
+    assert image.shape[0] > 1.6 * two.shape[0]
+    height, width = image.shape[0] // 2, int(0.45 * image.shape[1])
+    coloured = np.ptp(image, axis=2) > 60
+    panels = [
+        coloured[r * height : (r + 1) * height - 120, c * width : (c + 1) * width] for r in (0, 1) for c in (0, 1)
+    ]
+    above, beside, below, last = (int(panel.sum()) for panel in panels)
+    assert min(above, beside) > 1.3 * max(below, last)
+    assert min(below, last) > 100
 
 
 def test_a_plan_without_any_pass_is_drawn_too(tmp_path):

@@ -1,4 +1,4 @@
-"""Pictures that appear whole or not at all."""
+"""Files that appear whole or not at all."""
 
 import os
 import tempfile
@@ -15,7 +15,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
     os.close(handle)
     try:
         yield Path(name)
-        # Scratch files are private to the user; the picture gets the rights that any new file would.
+        # Scratch files are private to the user; the file gets the rights that any new file would.
         mask = os.umask(0)
         os.umask(mask)
         Path(name).chmod(0o666 & ~mask)

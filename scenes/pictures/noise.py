@@ -1,0 +1,48 @@
+"""Picture of how the scores of noisy films spread."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from scenes.whole_file import whole_file
+from twin.score import Score
+
+LEAST_BINS = 8
+
+
+def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, caption: str, paper_ssim: float) -> None:
+    """Draw histograms of similarity and RMS into a PNG.
+
+    Args:
+        path: File to write, whole or not at all.
+        scores: Of the noisy films.
+        planned: Of the film as planned, on the same mesh.
+        caption: Written below: which noise, which mesh.
+        paper_ssim: What the paper reached.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 4.6), dpi=120, layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = figure.subplots(1, 2)
+    bins = max(LEAST_BINS, int(np.sqrt(len(scores))))
+    for axes, name, label in zip(panels, ("ssim_eq4", "rms_mm"), ("SSIM, Eq. 4 [1]", "RMS distance [mm]"), strict=True):
+        values = np.array([getattr(score, name) for score in scores])
+        axes.hist(values, bins=bins, color="#9db8d2", edgecolor="white")
+        low, middle, high = np.percentile(values, (10, 50, 90))
+        axes.axvspan(low, high, color="#5b8db8", alpha=0.15, label=f"10 to 90 %: {low:.3f} to {high:.3f}")
+        axes.axvline(middle, color="#2f5d8a", label=f"median: {middle:.3f}")
+        as_planned = float(getattr(planned, name))
+        axes.axvline(as_planned, color="black", linestyle="dashed", label=f"without noise: {as_planned:.3f}")
+        axes.set_xlabel(label, fontsize=12)
+        axes.set_ylabel("films", fontsize=12)
+        axes.yaxis.get_major_locator().set_params(integer=True)
+    panels[0].axvline(paper_ssim, color="#b00020", linestyle="dotted", label=f"the paper's best face: {paper_ssim:.3f}")
+    for axes in panels:
+        axes.legend(fontsize=10)
+    figure.suptitle(f"Scores of {len(scores)} films with errors of the process", fontsize=14)
+    figure.supxlabel(caption, fontsize=11)
+    with whole_file(path) as scratch:
+        figure.savefig(scratch)
