@@ -23,6 +23,7 @@ class PlanSettings(CasePart):
 
     method: Literal["perpendicular", "maximum"] = "perpendicular"
     flattening: Literal["arap", "grid"] = "arap"
+    tracer: Literal["greedy", "dense"] = "greedy"
     margin_mm: Annotated[float, Field(ge=0)] = 0.0
     seed: Annotated[int, Field(ge=0)] = 0
 

@@ -12,7 +12,16 @@ from cyclopts import App, CycloptsError, Parameter
 from cyclopts.validators import Number
 
 from planner.errors import InputError, LceError
-from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags
+from scenes.inverse_flags import InverseFlags
+from scenes.noise_flags import NoiseFlags
+from scenes.predict_flags import (
+    DesignHeatingFlags,
+    DesignMaterialFlags,
+    HeatingFlags,
+    MaterialFlags,
+    PostFlags,
+    SolverFlags,
+)
 
 app = App(
     name="lce",
@@ -67,10 +76,17 @@ def plan(
     *,
     out: Out,
     method: Annotated[
-        Literal["perpendicular", "maximum"] | None,
+        Literal["perpendicular", "maximum", "inverse"] | None,
         Parameter(
-            help="Scratch across the local incline, or along the largest curvature (paper, section 2.2). "
+            help="Scratch across the local incline, or along the largest curvature (paper, section 2.2); or inverse: "
+            "search all layers for what the heated film needs to become the target, in minutes. "
             "Default: the case's, else perpendicular."
+        ),
+    ] = None,
+    tracer: Annotated[
+        Literal["greedy", "dense"] | None,
+        Parameter(
+            help="Passes laid greedily as in the paper, or densely, without gaps. Default: the case's, else greedy."
         ),
     ] = None,
     size_mm: SizeMm = None,
@@ -94,14 +110,23 @@ def plan(
             help="Seed of the random starts of the passes. Default: the case's, else 0.", validator=Number(gte=0)
         ),
     ] = None,
+    inverse: InverseFlags | None = None,
+    heating: DesignHeatingFlags | None = None,
+    material: DesignMaterialFlags | None = None,
 ) -> None:
-    """Plan the passes for a target: writes program.json, plan.json, plan.png and the target."""
+    """Plan the passes for a target: writes program.json, plan.json, plan.png and the target.
+
+    The inverse method designs for the film as it will be heated, of the material that it is made of; the groups
+    below are for it alone. While it searches, OUT.progress/current.png shows the present shape; in the end,
+    progress.png the way there and design.png what is predicted.
+    """
     from scenes.commands import run_plan
 
     run_plan(
         target,
         out,
         method=method,
+        tracer=tracer,
         size_mm=size_mm,
         up=up,
         depth_mm=depth_mm,
@@ -111,6 +136,9 @@ def plan(
         layers_mm=layers_mm,
         margin_mm=margin_mm,
         seed=seed,
+        inverse=inverse or InverseFlags(),
+        heating=heating or DesignHeatingFlags(),
+        material=material or DesignMaterialFlags(),
     )
 
 
@@ -125,6 +153,7 @@ def predict(
     material: MaterialFlags | None = None,
     post: PostFlags | None = None,
     solver: SolverFlags | None = None,
+    noise: NoiseFlags | None = None,
 ) -> None:
     """Predict the hot shape of a Program: writes result.json, shapes, pictures and report.html."""
     from scenes.commands import run_predict
@@ -138,6 +167,7 @@ def predict(
         material=material or MaterialFlags(),
         post=post or PostFlags(),
         solver=solver or SolverFlags(),
+        noise=noise or NoiseFlags(),
     )
 
 
@@ -187,7 +217,7 @@ def main() -> None:
     except LceError as error:
         _fail(str(error), exit_code=error.exit_code)
     except KeyboardInterrupt:
-        _fail("interrupted; nothing was written.", exit_code=130)
+        _fail("interrupted; no results were written.", exit_code=130)
 
 
 def _fail(*problems: str, exit_code: int) -> NoReturn:

@@ -1,24 +1,40 @@
 """What the subcommands of `lce` do: compose the rooms, and tell the user what came out."""
 
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
-from planner.calibration import load_calibration
+from planner.calibration import Calibration, load_calibration
 from planner.errors import InputError
 from planner.plan import Plan
-from planner.program import PROGRAM_FILE, Program, load_machine, load_program
+from planner.program import PROGRAM_FILE, Machine, Program, load_machine, load_program
 from planner.target import Target, load_target
 from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
+from scenes.checkpoint import inputs_digest, load_checkpoint
+from scenes.given_flags import given
+from scenes.inverse_flags import InverseFlags, inverse_options
+from scenes.inverse_planning import plan_inverse_into
+from scenes.noise_flags import NoiseFlags
 from scenes.output import output_folder, write_json
 from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
-from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
+from scenes.predict_flags import (
+    DesignHeatingFlags,
+    DesignMaterialFlags,
+    HeatingFlags,
+    MaterialFlags,
+    PostFlags,
+    SolverFlags,
+    predict_options,
+)
 from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
 from scenes.progress import progress_bar
+from scenes.search_folder import CHECKPOINT_FILE, CURRENT_FILE, search_folder
 from scenes.sources import open_source, parse_layers
 from twin.film import FilmOptions
+from twin.inverse import InverseDesign, InverseOptions
 from twin.predict import PredictOptions
 from twin.scan import read_scan
 from twin.score import Score, score_surface
@@ -39,7 +55,8 @@ def run_plan(
     target: str,
     out: Path,
     *,
-    method: Literal["perpendicular", "maximum"] | None,
+    method: Literal["perpendicular", "maximum", "inverse"] | None,
+    tracer: Literal["greedy", "dense"] | None,
     size_mm: str | None,
     up: str,
     depth_mm: float | None,
@@ -49,38 +66,95 @@ def run_plan(
     layers_mm: str,
     margin_mm: float | None,
     seed: int | None,
+    inverse: InverseFlags,
+    heating: DesignHeatingFlags,
+    material: DesignMaterialFlags,
 ) -> None:
     """Plan a target into a folder; what the user leaves open comes from the case, or is the default."""
     surface, case = open_source(target, size_mm=size_mm, up=up, depth_mm=depth_mm)
+    asked = {"tracer": tracer, "flattening": flattening, "margin_mm": margin_mm}
+    asked = {name: value for name, value in asked.items() if value is not None}
+    searched = [*given(inverse), *given(heating), *given(material)]
+    shared = {"calibration": load_calibration(calibration), "machine": load_machine(machine)}
     if case and isinstance(case.target, Strip):
-        program = plan_strip_into(
-            out,
-            load_calibration(calibration),
-            name=case.name,
-            length_mm=case.target.length_mm,
-            width_mm=case.target.width_mm,
-            radius_mm=case.target.bending_radius_mm,
-            machine=load_machine(machine),
+        _refuse(
+            [*(("--method inverse",) if method == "inverse" else ()), *searched],
+            f"is for surfaces, but {case.name} is a calibration strip, whose passes follow from its radius",
         )
-        _tell_placeholder(program)
-        say(f"plan written to {out}")
+        _plan_strip(out, case.name, case.target, **shared)
         return
-    asked = {"method": method, "flattening": flattening, "margin_mm": margin_mm, "seed": seed}
     settings = (case.plan if case else PlanSettings()).model_copy(
-        update={name: value for name, value in asked.items() if value is not None}
+        update=asked if seed is None else {**asked, "seed": seed}
     )
-    with progress_bar() as progress:
+    method = method or settings.method
+    thickness = parse_layers(layers_mm)
+    if method == "inverse":
+        _refuse(
+            [f"--{name.replace('_', '-')} {value}" for name, value in asked.items()],
+            "is for the methods perpendicular and maximum, but the method is inverse, which needs none of it",
+        )
+        options = inverse_options(inverse, heating, material, layer_thickness_mm=thickness, seed=settings.seed)
+        _plan_inverse(out, surface, options, resume=inverse.resume, **shared)
+        return
+    _refuse(searched, f"is for --method inverse, but the method is {method}")
+    with progress_bar() as bars:
         made = plan_into(
             out,
             surface,
-            calibration=load_calibration(calibration),
-            machine=load_machine(machine),
-            layer_thickness_mm=parse_layers(layers_mm),
-            progress=progress,
-            **settings.model_dump(),
+            layer_thickness_mm=thickness,
+            progress=bars,
+            **shared,
+            **{**settings.model_dump(), "method": method},
         )
     _tell_plan(made)
     say(f"plan written to {out}")
+
+
+def _plan_strip(out: Path, name: str, strip: Strip, *, calibration: Calibration, machine: Machine) -> None:
+    program = plan_strip_into(
+        out,
+        calibration,
+        name=name,
+        length_mm=strip.length_mm,
+        width_mm=strip.width_mm,
+        radius_mm=strip.bending_radius_mm,
+        machine=machine,
+    )
+    _tell_placeholder(program)
+    say(f"plan written to {out}")
+
+
+def _plan_inverse(
+    out: Path, target: Target, options: InverseOptions, *, resume: bool, calibration: Calibration, machine: Machine
+) -> None:
+    searching = search_folder(out)
+    inputs = inputs_digest(target, calibration, options)
+    kept = load_checkpoint(searching / CHECKPOINT_FILE, inputs) if resume else None
+    say(f"{searching / CURRENT_FILE} shows the present shape")
+    try:
+        with progress_bar() as bars:
+            made = plan_inverse_into(
+                out,
+                target,
+                calibration=calibration,
+                machine=machine,
+                options=options,
+                resume=kept,
+                progress=bars,
+                watch=lambda moment: bars.note(moment.stage, f"SSIM {moment.ssim:.3f}, RMS {moment.rms_mm:.2f} mm"),
+            )
+    except KeyboardInterrupt:
+        if (searching / CHECKPOINT_FILE).exists():
+            say(f"the search so far is in {searching}: repeat the command with --resume to go on from there")
+        raise
+    _tell_design(made)
+    say(f"plan written to {out}")
+
+
+def _refuse(flags: Sequence[str], reason: str) -> None:
+    """Refuse flags that do not apply."""
+    if flags:
+        raise InputError(f"{', '.join(flags)}: {reason}; leave {'it' if len(flags) == 1 else 'them'} out.")
 
 
 def run_predict(
@@ -93,16 +167,31 @@ def run_predict(
     material: MaterialFlags,
     post: PostFlags,
     solver: SolverFlags,
+    noise: NoiseFlags,
 ) -> None:
     """Predict a Program into a folder and score it against its plan's target, or another."""
     if solver.seeds < 1:
         raise InputError(f"--seeds: found {solver.seeds}, allowed is 1 or more; 1 heats the film once.")
     loaded = load_program(program)
     options = predict_options(heating, material, post, solver)
+    process_noise = noise.process_noise()
     surface = open_source(target)[0] if target else _plans_target(program, loaded.inputs.target_sha256)
+    if noise.noise and surface is None:
+        raise InputError(
+            f"--noise: found {noise.noise} films, but {program} has no target to score them against; name one with "
+            "--target."
+        )
     with progress_bar() as progress:
         made = predict_into(
-            out, loaded, surface, options, scanner_noise=scanner_noise, seeds=solver.seeds, progress=progress
+            out,
+            loaded,
+            surface,
+            options,
+            scanner_noise=scanner_noise,
+            seeds=solver.seeds,
+            noisy_films=noise.noise,
+            noise=process_noise,
+            progress=progress,
         )
     _tell_prediction(made)
     say(f"results written to {out}, start with {out / 'report.html'}")
@@ -170,6 +259,23 @@ def _tell_placeholder(program: Program) -> None:
 
 
 def _tell_plan(made: Plan) -> None:
+    _tell_layers(made)
+    say(
+        f"clamped: {made.clamped_tight_share:.0%} of the points bend tighter than the calibration reaches, "
+        f"{made.clamped_wide_share:.0%} wider (the paper's face: 3 % and 41 %)"
+    )
+
+
+def _tell_design(made: InverseDesign) -> None:
+    _tell_placeholder(made.program)
+    _tell_layers(made)
+    _tell_score(made.score)
+    say(f"smooth fields without passes: SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, rms_mm {made.ideal.rms_mm:.3f}")
+    for limit in made.limits:
+        say(f"limit: {limit}")
+
+
+def _tell_layers(made: Plan | InverseDesign) -> None:
     for note in made.notes:
         say(f"note: {note}")
     for problem in made.problems:
@@ -178,10 +284,6 @@ def _tell_plan(made: Plan) -> None:
         if layer.passes:
             length = sum(stroke.length_mm for stroke in layer.passes)
             say(f"layer {layer.index + 1}: {len(layer.passes)} passes, {length:.0f} mm, {time.total_s / 60:.0f} min")
-    say(
-        f"clamped: {made.clamped_tight_share:.0%} of the points bend tighter than the calibration reaches, "
-        f"{made.clamped_wide_share:.0%} wider (the paper's face: 3 % and 41 %)"
-    )
 
 
 def _tell_prediction(made: Prediction) -> None:
@@ -197,6 +299,13 @@ def _tell_prediction(made: Prediction) -> None:
             say(f"bending radius {found:.3g} mm in the middle, the calibration promises {promised:.3g} mm")
     else:
         _tell_score(made.scored.score)
+    if "noise" in made.result:
+        noise = made.result["noise"]
+        low, middle, high = noise["percentiles"]["ssim_eq4"].values()
+        say(
+            f"{noise['count']} noisy films on a mesh of {noise['mesh_mm']:g} mm: SSIM (Eq. 4) {low:.3f}, {middle:.3f}, "
+            f"{high:.3f} at 10, 50, 90 %; {noise['without_noise']['ssim_eq4']:.3f} without noise"
+        )
 
 
 def _tell_score(score: Score) -> None:

@@ -9,6 +9,7 @@ from planner.plan import LAYER_THICKNESS_MM, Plan, plan, plan_summary
 from planner.program import PROGRAM_FILE, Machine, Program, layer_times, load_machine, save_program
 from planner.strips import strip_program
 from planner.target import Target, save_target
+from planner.toolpaths import Tracer
 from scenes.output import output_folder, write_json
 from scenes.pictures import draw_plan, draw_target
 
@@ -21,6 +22,7 @@ def plan_into(
     *,
     method: Literal["perpendicular", "maximum"] = "perpendicular",
     flattening: Literal["arap", "grid"] = "arap",
+    tracer: Tracer = "greedy",
     calibration: Calibration | None = None,
     machine: Machine | None = None,
     layer_thickness_mm: Sequence[float] = LAYER_THICKNESS_MM,
@@ -40,6 +42,7 @@ def plan_into(
             target,
             method=method,
             flattening=flattening,
+            tracer=tracer,
             calibration=calibration,
             machine=machine,
             layer_thickness_mm=layer_thickness_mm,

@@ -1,4 +1,6 @@
-"""The flags of `lce predict` in the groups that its help shows, and the settings that they stand for.
+"""The flags of the film's heating, in the groups that help shows, and the settings that they stand for.
+
+Those that the inverse method asks for, too, come first: it designs for the film as it will be heated.
 
 No heavy library is imported before the settings are made, so that `lce --help` answers at once.
 """
@@ -22,12 +24,23 @@ HEATING, MATERIAL, POST, SOLVER = "Heating", "Material and layers", "Post", "Sol
 
 @Parameter(name="*", group=HEATING)
 @dataclass(frozen=True, kw_only=True)
-class HeatingFlags:
-    """What is done to the film."""
+class DesignHeatingFlags:
+    """What the film is designed for."""
 
     temperature_c: Annotated[
         float | None, Parameter(help="Temperature to heat to, 25 to 200 [C]. Default: 150, the paper's.")
     ] = None
+    support: Annotated[
+        Literal["plate", "free"],
+        Parameter(help="plate: lying on the hot plate under its own weight. free: weightless, touching nothing."),
+    ] = "plate"
+
+
+@Parameter(name="*", group=HEATING)
+@dataclass(frozen=True, kw_only=True)
+class HeatingFlags(DesignHeatingFlags):
+    """What is done to the film."""
+
     temperatures_c: Annotated[
         str | None,
         Parameter(
@@ -36,10 +49,6 @@ class HeatingFlags:
         ),
     ] = None
     cool: Annotated[bool, Parameter(help="Cool to 25 C in the end, and say whether the film comes back flat.")] = False
-    support: Annotated[
-        Literal["plate", "free"],
-        Parameter(help="plate: lying on the hot plate under its own weight. free: weightless, touching nothing."),
-    ] = "plate"
     temperature_field: Annotated[
         str, Parameter(help="uniform; gap_model: parts lifted off the plate are colder; or a measured field (.npz).")
     ] = "uniform"
@@ -54,8 +63,8 @@ class HeatingFlags:
 
 @Parameter(name="*", group=MATERIAL)
 @dataclass(frozen=True, kw_only=True)
-class MaterialFlags:
-    """What the film is made of."""
+class DesignMaterialFlags:
+    """What any film is made of."""
 
     modulus_mpa: Annotated[
         float,
@@ -67,14 +76,6 @@ class MaterialFlags:
     transition_c: Annotated[
         float, Parameter(help="Nematic-isotropic temperature: shifts contraction over temperature [C].")
     ] = 85.0
-    layers_mm: Annotated[
-        str | None,
-        Parameter(help="Measured thickness of each layer, bottom first, as 0.2,0.2,0.2,0.2 [mm]. Default: as planned."),
-    ] = None
-    modulus_ratio: Annotated[
-        str | None,
-        Parameter(help="Modulus of each layer over that of the film, bottom first, as 1,1,1,1. Default: 1 for each."),
-    ] = None
 
     def material(self) -> Material:
         """Return the material.
@@ -85,6 +86,21 @@ class MaterialFlags:
         from twin.material import Material
 
         return Material(modulus_mpa=self.modulus_mpa, density_kg_m3=self.density_kg_m3, transition_c=self.transition_c)
+
+
+@Parameter(name="*", group=MATERIAL)
+@dataclass(frozen=True, kw_only=True)
+class MaterialFlags(DesignMaterialFlags):
+    """What this film is made of."""
+
+    layers_mm: Annotated[
+        str | None,
+        Parameter(help="Measured thickness of each layer, bottom first, as 0.2,0.2,0.2,0.2 [mm]. Default: as planned."),
+    ] = None
+    modulus_ratio: Annotated[
+        str | None,
+        Parameter(help="Modulus of each layer over that of the film, bottom first, as 1,1,1,1. Default: 1 for each."),
+    ] = None
 
 
 @Parameter(name="*", group=POST)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,18 @@ import trimesh
 from planner.program import Program
 from planner.target import Target
 from scenes.output import output_folder, write_json
-from scenes.pictures import draw_depth_images, draw_error_map, draw_hot_shape, draw_plan, draw_side_by_side, draw_target
+from scenes.pictures import (
+    draw_depth_images,
+    draw_error_map,
+    draw_hot_shape,
+    draw_noise,
+    draw_plan,
+    draw_side_by_side,
+    draw_target,
+)
 from scenes.report import write_report
+from scenes.robustness import Robustness, robustness_summary, score_noisy_films
+from twin.batch import ProcessNoise
 from twin.bending import bending_radius_mm
 from twin.cycle import back_to_flat_mm, depth_mm, hysteresis_mm, level_mm
 from twin.families import Family, shapes_by_seed
@@ -47,6 +58,8 @@ def predict_into(
     *,
     scanner_noise: bool = False,
     seeds: int = 1,
+    noisy_films: int = 0,
+    noise: ProcessNoise | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Prediction:
     """Predict `program`, score it against `target` if there is one, and write everything into `folder`.
@@ -63,6 +76,8 @@ def predict_into(
         scanner_noise: see the shape through the model of a phone's depth camera.
         seeds: heat this often, each time disturbed differently; the most frequent shape is the result, and all are
             shown side by side.
+        noisy_films: score so many films with errors of the process, too; needs a target.
+        noise: these errors; None: the defaults.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
@@ -84,6 +99,11 @@ def predict_into(
         report("scoring", 0.0)
         scored = None if target is None else score_surface(seen.vertices_mm, seen.triangles, target)
         report("scoring", 1.0)
+        robustness = None
+        if target is not None and noisy_films:
+            robustness = score_noisy_films(
+                program, target, options, noise or ProcessNoise(), noisy_films, progress=progress
+            )
         report("pictures", 0.0)
         triangles = shape.film.triangles
         surface = shape.top_mm if scored is None else scored.transform.apply(shape.top_mm)
@@ -117,6 +137,8 @@ def predict_into(
                 title="The film at each temperature, one after the other",
             )
         draw_plan(scratch / "plan.png", program)
+        if robustness is not None:
+            _draw_robustness(scratch, robustness)
         if target is not None and scored is not None:
             draw_target(scratch / "target.png", target)
             write_score_files(scratch, target, scored)
@@ -129,6 +151,8 @@ def predict_into(
                 {"share": family.share, "seeds": family.seeds, "depth_mm": depth_mm(family.shape, family.shape.hottest)}
                 for family in families
             ]
+        if robustness is not None:
+            result["noise"] = robustness_summary(robustness)
         write_json(scratch / "result.json", result)
         write_report(scratch, result)
     return Prediction(shape=shape, scored=scored, result=result)
@@ -195,6 +219,19 @@ def write_score_files(folder: Path, target: Target, scored: Scored) -> None:
         scored.error_mm,
         rms_mm=scored.score.rms_mm,
         hausdorff_mm=scored.score.hausdorff_mm,
+    )
+
+
+def _draw_robustness(folder: Path, robustness: Robustness) -> None:
+    noise = robustness.noise
+    draw_noise(
+        folder / "noise.png",
+        robustness.scores,
+        robustness.planned,
+        caption=f"standard deviations: strain {noise.strain:.0%}, of each layer {noise.layer_strain:.0%}, direction "
+        f"{degrees(noise.direction_rad):g} deg, registration {noise.registration_mm:g} mm; "
+        f"mesh of {robustness.mesh_mm:g} mm",
+        paper_ssim=PAPER_SSIM,
     )
 
 

@@ -12,6 +12,7 @@ PICTURES = (
     ("target.png", "The target"),
     ("depth_images.png", "Depth images, same scale, and where they agree"),
     ("error_map.png", "Distance from the target"),
+    ("noise.png", "How the scores of films with errors of the process spread"),
     ("plan.png", "What is scratched into the layers"),
 )
 
@@ -75,6 +76,7 @@ def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
         *_settings(result["settings"], result["temperature_field"]),
         ("largest contraction", f"{result['largest_contraction']:.1%}"),
         *_heating(result),
+        *_noise(result),
         ("time, device, seed", f"{result['wall_s']:.0f} s on {result['device']}, seed {result['seed']}"),
         ("Program", result["program_digest"]),
         ("target", f"{result['target_name']}, {result['target_digest']}"),
@@ -129,6 +131,26 @@ def _heating(result: dict[str, Any]) -> list[tuple[str, str]]:
     if result["cooled_back_to_flat_mm"] is not None:
         rows.append(("cooled, from flat", f"{result['cooled_back_to_flat_mm']:.4f} mm"))
     return rows
+
+
+def _noise(result: dict[str, Any]) -> list[tuple[str, str]]:
+    """How the scores of noisy films spread, where they were asked for."""
+    if "noise" not in result:
+        return []
+    noise = result["noise"]
+    ssim, rms = (noise["percentiles"][name] for name in ("ssim_eq4", "rms_mm"))
+    planned = noise["without_noise"]
+    return [
+        (
+            f"{noise['count']} noisy films, 10, 50, 90 %",
+            f"SSIM {', '.join(f'{value:.3f}' for value in ssim.values())}; "
+            f"RMS {', '.join(f'{value:.2f}' for value in rms.values())} mm",
+        ),
+        (
+            f"without noise on their mesh of {noise['mesh_mm']:g} mm",
+            f"SSIM {planned['ssim_eq4']:.3f}; RMS {planned['rms_mm']:.2f} mm",
+        ),
+    ]
 
 
 def _stable(found: dict[str, Any]) -> str:

@@ -110,6 +110,9 @@ OPTIONS = [
     (("--seed", "many"), "--seed"),
     (("--support", "water"), 'Choose from: "plate", "free"'),
     (("--device", "tpu"), 'Choose from: "auto", "cpu", "cuda"'),
+    (("--noise", "-1"), "Must be >= 0"),
+    (("--noise-strain", "0.1"), "--noise-strain 0.1: says how noisy films are, but --noise, their number, is 0"),
+    (("--noise", "2", "--noise-strain", "nan"), "process noise, strain: found nan"),
     (("--colour", "red"), "Unknown option: --colour"),
     (("twice",), "twice"),
 ]
@@ -138,6 +141,22 @@ def test_a_mesh_that_does_not_fit_the_memory_is_refused(lce, planned, tmp_path, 
         (("face", "--size-mm", "40x60"), "--size-mm 40x60 is for surface files"),
         (("face", "--up", "+y"), "--up +y is for surface files"),
         (("face", "--method", "radial"), 'Choose from: "perpendicular", "maximum"'),
+        (("face", "--tracer", "wire"), 'Choose from: "greedy", "dense"'),
+        (("face", "--robust"), "--robust: is for --method inverse, but the method is perpendicular; leave it out"),
+        (
+            ("face", "--method", "maximum", "--budget-s", "9", "--modulus-mpa", "2"),
+            "--budget-s 9.0, --modulus-mpa 2.0: is for --method inverse, but the method is maximum; leave them out",
+        ),
+        (
+            ("face", "--method", "inverse", "--tracer", "dense", "--margin-mm", "1"),
+            "--tracer dense, --margin-mm 1.0: is for the methods perpendicular and maximum",
+        ),
+        (("face", "--method", "inverse", "--budget-s", "0"), "Must be > 0"),
+        (("face", "--method", "inverse", "--stack", "three"), 'Choose from: "all", "pairs"'),
+        (("face", "--method", "inverse", "--temperature-c", "500"), "found 500 C, allowed are 25 to 200 C"),
+        (("face", "--method", "inverse", "--layers-mm", "0.2"), "layer thickness: found [0.2]"),
+        (("face", "--method", "inverse", "--resume"), "out.progress/checkpoint.npz: no search for this --out"),
+        (("strip_tight", "--method", "inverse"), "--method inverse: is for surfaces"),
         (("face", "--flattening", "iron"), 'Choose from: "arap", "grid"'),
         (("face", "--seed", "-3"), "Must be >= 0"),
         (("face", "--calibration", "absent.toml"), "no such calibration file"),
@@ -194,6 +213,12 @@ def test_a_wrong_machine_is_refused(lce, dome_case, tmp_path):
     path = tmp_path / "machine.toml"
     path.write_text("colour = 'red'\n" + PAPER_MACHINE.read_text())
     lce("plan", dome_case, "--machine", path, "--out", tmp_path / "out").assert_refused("colour: unknown field")
+    assert not (tmp_path / "out").exists()
+
+
+def test_noise_without_a_target_is_refused(lce, plan_folder, tmp_path):
+    (plan_folder / "target.npz").unlink()
+    lce("predict", plan_folder, "--out", tmp_path / "out", "--noise", "2").assert_refused("no target to score them")
     assert not (tmp_path / "out").exists()
 
 

@@ -15,7 +15,9 @@ from planner.program import load_program
 from planner.program.machine import PAPER_MACHINE
 from planner.target import load_target
 from scenes.commands import run_predict
+from scenes.noise_flags import NoiseFlags
 from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
+from twin.batch import ProcessNoise
 from twin.families import Family
 from twin.hot_shape import Snap
 from twin.predict import PredictOptions, heat_film, predict
@@ -74,6 +76,7 @@ def predicted(tmp_path_factory, planned):
         material=MaterialFlags(),
         post=PostFlags(),
         solver=SolverFlags(mesh_mm=1.5, device="cpu"),
+        noise=NoiseFlags(),
     )
     return folder
 
@@ -130,6 +133,33 @@ def test_every_setting_reaches_result_and_report(lce, planned, tmp_path):
 
 def test_flags_left_out_are_the_defaults_of_the_library():
     assert predict_options(HeatingFlags(), MaterialFlags(), PostFlags(), SolverFlags()) == PredictOptions()
+
+
+def test_films_with_noise_are_scored_told_and_drawn(lce, planned, tmp_path, no_pictures):
+    out = tmp_path / "hot"
+    options = ("--noise", "3", "--noise-strain", "0.1", "--noise-direction-deg", "4", "--seed", "7")
+    ran = lce("predict", planned, "--out", out, *COARSE, *options)
+    assert ran.code == 0, ran.err
+    assert "noise.png" in names(out)
+    noise = result_of(out)["noise"]
+    assert (noise["count"], noise["seed"], noise["mesh_mm"]) == (3, 7, 1.5)
+    deviations = {"strain": 0.1, "layer_strain": 0.05, "direction_length_mm": 10.0, "registration_mm": 0.2}
+    assert noise["standard_deviations"] == pytest.approx({**deviations, "direction_deg": 4.0})
+    # the prediction's own mesh is as coarse: its score is that without noise
+    assert noise["without_noise"]["ssim_eq4"] == pytest.approx(result_of(out)["ssim_eq4"], abs=1e-3)
+    for name in ("ssim_eq4", "rms_mm"):
+        assert len(set(noise[name])) == 3
+        assert noise["percentiles"][name]["50"] == sorted(noise[name])[1]
+    assert re.search(
+        r"3 noisy films on a mesh of 1.5 mm: SSIM \(Eq. 4\) 0\.\d+, 0\.\d+, 0\.\d+ at 10, 50, 90 %", ran.out
+    )
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("<img") == 1
+    assert "3 noisy films, 10, 50, 90 %" in page
+
+
+def test_flags_of_noise_left_out_are_the_defaults_of_the_library():
+    assert NoiseFlags().process_noise() == ProcessNoise()
 
 
 def test_a_series_of_temperatures_is_kept_told_and_drawn(lce, planned, tmp_path):
@@ -381,7 +411,7 @@ def test_a_second_run_replaces_its_files_and_leaves_others(lce, planned, tmp_pat
     break_predict(monkeypatch, KeyboardInterrupt())
     for folder in (out, tmp_path / "new"):
         ran = lce("predict", planned, "--out", folder, *COARSE, "--seed", "1")
-        assert (ran.code, ran.err) == (130, "lce: interrupted; nothing was written.\n")
+        assert (ran.code, ran.err) == (130, "lce: interrupted; no results were written.\n")
     assert {path: path.read_bytes() for path in out.iterdir()} == kept
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
 

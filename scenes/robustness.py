@@ -1,0 +1,88 @@
+"""How the score of any Program spreads over films with errors of the process."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from planner.program import Program
+from planner.target import Target
+from twin.batch import ProcessNoise, heat_films, noisy_films
+from twin.film import build_film
+from twin.predict import PredictOptions
+from twin.score import Score, score_surface
+
+MESH_MM = 1.2
+"""Least edge of the films' triangles: many films in the time of one, see the score without noise for what it costs."""
+PERCENTILES = (10, 50, 90)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Robustness:
+    """Scores of noisy films and of the film as planned, all on one mesh."""
+
+    noise: ProcessNoise
+    seed: int
+    mesh_mm: float
+    planned: Score
+    """Without noise."""
+    scores: tuple[Score, ...]
+
+
+def score_noisy_films(
+    program: Program,
+    target: Target,
+    options: PredictOptions,
+    noise: ProcessNoise,
+    count: int,
+    *,
+    progress: Callable[[str, float], None] | None = None,
+) -> Robustness:
+    """Heat and score films that differ by the noise of the process.
+
+    Args:
+        program: what is scratched.
+        target: what to score against.
+        options: settings of the twin, its seed also that of the noise; the mesh is coarsened to `MESH_MM`, and of
+            several temperatures only the highest counts.
+        noise: standard deviations.
+        count: number of noisy films.
+        progress: called with the stage's name and the share done, 0 to 1.
+
+    Raises:
+        InputError: for noise out of range, or that does not fit the film.
+        SolverError: if a film finds no equilibrium.
+    """
+    mesh_mm = max(MESH_MM, options.film.mesh_mm)
+    coarse = replace(
+        options,
+        film=replace(options.film, mesh_mm=mesh_mm),
+        temperature_c=options.hottest_c,
+        temperatures_c=None,
+    )
+    film = build_film(program, coarse.film)
+    films = [film, *noisy_films(film, noise, count, options.seed)]
+    shapes = heat_films(films, coarse, progress=progress)
+    planned, *scores = (score_surface(shape.top_mm, film.triangles, target).score for shape in shapes)
+    return Robustness(noise=noise, seed=options.seed, mesh_mm=mesh_mm, planned=planned, scores=tuple(scores))
+
+
+def robustness_summary(found: Robustness) -> dict[str, Any]:
+    """Collect the figures as plain values for `result.json`."""
+    values = {name: [getattr(score, name) for score in found.scores] for name in ("ssim_eq4", "rms_mm")}
+    deviations = asdict(found.noise)
+    deviations["direction_deg"] = degrees(deviations.pop("direction_rad"))
+    return {
+        "count": len(found.scores),
+        "seed": found.seed,
+        "mesh_mm": found.mesh_mm,
+        "standard_deviations": deviations,
+        "without_noise": {name: getattr(found.planned, name) for name in values},
+        **values,
+        "percentiles": {
+            name: dict(zip(map(str, PERCENTILES), np.percentile(own, PERCENTILES), strict=True))
+            for name, own in values.items()
+        },
+    }
