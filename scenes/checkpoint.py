@@ -16,7 +16,7 @@ from scenes.whole_file import whole_file
 from twin.inverse import InverseOptions
 from twin.inverse.design import Field
 
-ARRAYS = tuple(part.name for part in fields(Field) if part.type is np.ndarray)
+NAMES = tuple(part.name for part in fields(Field))
 
 
 def inputs_digest(target: Target, calibration: Calibration, options: InverseOptions) -> str:
@@ -30,10 +30,7 @@ def inputs_digest(target: Target, calibration: Calibration, options: InverseOpti
 def save_checkpoint(path: Path, field: Field, inputs: str) -> None:
     """Write fields and the digest of their inputs into an .npz, whole or not at all."""
     with whole_file(path) as scratch, scratch.open("wb") as file:
-        arrays = {name: getattr(field, name) for name in ARRAYS}
-        np.savez_compressed(
-            file, **arrays, stage=field.stage, frustration_per_mm3=field.frustration_per_mm3, inputs=inputs
-        )
+        np.savez_compressed(file, **{name: getattr(field, name) for name in NAMES}, inputs=inputs)
 
 
 def load_checkpoint(path: Path, inputs: str) -> Field:
@@ -53,7 +50,7 @@ def load_checkpoint(path: Path, inputs: str) -> Field:
         )
     try:
         with path.open("rb") as file, np.load(file) as archive:
-            found = {name: archive[name] for name in (*ARRAYS, "stage", "frustration_per_mm3", "inputs")}
+            found = {name: archive[name] for name in (*NAMES, "inputs")}
     except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise InputError(f"--resume: {path} cannot be read ({error}); leave --resume out to start anew.") from error
     if str(found["inputs"]) != inputs:
@@ -61,8 +58,4 @@ def load_checkpoint(path: Path, inputs: str) -> Field:
             f"--resume: {path} belongs to another target, calibration or setting; repeat the command as it was, or "
             "leave --resume out to start anew."
         )
-    return Field(
-        stage=str(found["stage"]),
-        frustration_per_mm3=float(found["frustration_per_mm3"]),
-        **{name: found[name] for name in ARRAYS},
-    )
+    return Field(**{name: found[name] if found[name].ndim else found[name].item() for name in NAMES})

@@ -231,7 +231,6 @@ def _draw_robustness(folder: Path, robustness: Robustness) -> None:
         caption=f"standard deviations: strain {noise.strain:.0%}, of each layer {noise.layer_strain:.0%}, direction "
         f"{degrees(noise.direction_rad):g} deg, registration {noise.registration_mm:g} mm; "
         f"mesh of {robustness.mesh_mm:g} mm",
-        paper_ssim=PAPER_SSIM,
     )
 
 

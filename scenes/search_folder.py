@@ -14,8 +14,8 @@ from twin.inverse.design import Field
 
 CHECKPOINT_FILE, CURRENT_FILE = "checkpoint.npz", "current.png"
 LEAST_PAUSE_S = 2.0
-PAUSE_PER_DRAWING = 20.0
-"""Pause after a picture over the time that it took: pictures cost at most 5 % of a search."""
+PAUSE_PER_DRAWING = 10.0
+"""Pause after a picture over the time that it took: pictures cost at most a tenth of a search."""
 
 
 def search_folder(out: Path) -> Path:
@@ -41,10 +41,10 @@ class SearchFolder:
 
     def watch(self, moment: Moment) -> None:
         """Draw a design if the last picture is old enough."""
-        started = time.perf_counter()
-        if started < self._not_before:
+        if time.perf_counter() < self._not_before:
             return
         self._picture = self._picture or CurrentPicture(self._target)
+        started = time.perf_counter()
         self._picture.draw(
             self._folder / CURRENT_FILE,
             moment.top_mm,

@@ -11,7 +11,7 @@ from twin.score import Score
 LEAST_BINS = 8
 
 
-def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, caption: str, paper_ssim: float) -> None:
+def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, caption: str) -> None:
     """Draw histograms of similarity and RMS into a PNG.
 
     Args:
@@ -19,7 +19,6 @@ def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, cap
         scores: Of the noisy films.
         planned: Of the film as planned, on the same mesh.
         caption: Written below: which noise, which mesh.
-        paper_ssim: What the paper reached.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -38,10 +37,8 @@ def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, cap
         axes.axvline(as_planned, color="black", linestyle="dashed", label=f"without noise: {as_planned:.3f}")
         axes.set_xlabel(label, fontsize=12)
         axes.set_ylabel("films", fontsize=12)
-        axes.yaxis.get_major_locator().set_params(integer=True)
-    panels[0].axvline(paper_ssim, color="#b00020", linestyle="dotted", label=f"the paper's best face: {paper_ssim:.3f}")
-    for axes in panels:
         axes.legend(fontsize=10)
+        axes.yaxis.get_major_locator().set_params(integer=True)
     figure.suptitle(f"Scores of {len(scores)} films with errors of the process", fontsize=14)
     figure.supxlabel(caption, fontsize=11)
     with whole_file(path) as scratch:

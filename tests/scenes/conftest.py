@@ -1,12 +1,14 @@
 """Fixtures of the command line's tests: `lce` in this process, and a small planned dome."""
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from scenes.cli import main
+from twin.inverse.design import Field
 
 DOME = """
 name = "small dome"
@@ -32,6 +34,16 @@ class Ran:
         assert all(line.startswith("lce: ") for line in told), self.err
         for line, words in zip(told, sentences, strict=True):
             assert words in line
+
+
+@pytest.fixture
+def field() -> Field:
+    """Fields of an inverse design's stage, of no meaning."""
+    rng = np.random.default_rng(0)
+    made = {"stage": "coarse", "outline_mm": rng.normal(size=(9, 2)), "triangles": np.array([(0, 1, 2), (1, 2, 3)])}
+    for part in fields(Field):
+        made.setdefault(part.name, 0.01 if part.type is float else rng.normal(size=(4, 2)))
+    return Field(**made)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -11,28 +11,17 @@ from twin.inverse import InverseOptions
 from twin.inverse.design import Field
 
 
-@pytest.fixture
-def field():
-    rng = np.random.default_rng(0)
-    return Field(
-        stage="coarse",
-        outline_mm=rng.normal(size=(9, 2)),
-        flat_mm=rng.normal(size=(5, 2)),
-        triangles=np.array([(0, 1, 2), (1, 2, 3)]),
-        u=rng.normal(size=(4, 5, 2)),
-        vertices_mm=rng.normal(size=(5, 3)),
-        frustration_per_mm3=0.01,
-    )
-
-
 def test_what_was_saved_is_loaded(tmp_path, field):
     path = tmp_path / "checkpoint.npz"
     save_checkpoint(path, field, "sha256:a")
     save_checkpoint(path, replace(field, stage="middle"), "sha256:a")
     found = load_checkpoint(path, "sha256:a")
-    assert (found.stage, found.frustration_per_mm3) == ("middle", 0.01)
-    for name in ("outline_mm", "flat_mm", "triangles", "u", "vertices_mm"):
-        assert np.array_equal(getattr(found, name), getattr(field, name))
+    assert found.stage == "middle"
+    for part in fields(Field):
+        if part.name != "stage":
+            value = getattr(found, part.name)
+            assert type(value) is type(getattr(field, part.name))
+            assert np.array_equal(value, getattr(field, part.name))
     assert list(tmp_path.iterdir()) == [path]
 
 

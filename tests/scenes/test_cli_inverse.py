@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 import pytest
 
 from planner.program import Program, layer_times, load_machine, load_program
@@ -11,7 +10,6 @@ from planner.toolpaths.dense import Tiling
 from scenes.pictures.graphics import VARIABLE
 from twin.film import FilmOptions
 from twin.inverse import InverseDesign, Moment
-from twin.inverse.design import Field
 from twin.predict import PredictOptions, predict
 from twin.score import Score, score_surface
 
@@ -55,18 +53,9 @@ def designed(planned):
 
 
 @pytest.fixture
-def search(monkeypatch, designed):
+def search(monkeypatch, designed, field):
     """Put the design in place of each search; returns what searches were asked for."""
     asked = []
-    field = Field(
-        stage="coarse",
-        outline_mm=np.zeros((3, 2)),
-        flat_mm=np.zeros((3, 2)),
-        triangles=np.array([(0, 1, 2)]),
-        u=np.ones((4, 3, 2)),
-        vertices_mm=np.zeros((3, 3)),
-        frustration_per_mm3=0.01,
-    )
 
     def stand_in(target, *, options, progress, watch, keep, resume, **_):
         asked.append({"target": target, "options": options, "resume": resume})
@@ -110,7 +99,9 @@ def test_a_design_leaves_its_program_figures_and_pictures(lce, dome_case, tmp_pa
         assert words in ran.out
 
 
-def test_an_interrupted_search_is_resumed_with_the_same_inputs_only(lce, dome_case, tmp_path, search, monkeypatch):
+def test_an_interrupted_search_is_resumed_with_the_same_inputs_only(
+    lce, dome_case, tmp_path, search, field, monkeypatch
+):
     out, progress = tmp_path / "out", tmp_path / "out.progress"
 
     def interrupt(*_, **__):
@@ -132,7 +123,7 @@ def test_an_interrupted_search_is_resumed_with_the_same_inputs_only(lce, dome_ca
     assert len(search) == 1
     assert lce(*command, "--resume").code == 0
     assert search[0]["resume"] is None
-    assert search[1]["resume"].u.shape == (4, 3, 2)
+    assert search[1]["resume"].stage == field.stage
     assert {path.name for path in out.iterdir()} == {"program.json", "plan.json", "target.npz"}
     assert not progress.exists()
 
