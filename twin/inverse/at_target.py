@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 
 from planner.flattening import flatten
 from planner.target import Target
+from twin.inverse.anchor import OVERBENDING
 from twin.inverse.field_control import FieldControl, Stack
 from twin.inverse.forms import edge_forms, frames, pull_back
 from twin.inverse.layer_response import LayerResponse
@@ -45,7 +46,12 @@ class TargetEnergy:
     """Energy of a film whose vertices stand at given places, as a function of the flat film and of the alignment."""
 
     def __init__(
-        self, vertices_mm: np.ndarray, triangles: np.ndarray, layer_thickness_mm: np.ndarray, control: FieldControl
+        self,
+        vertices_mm: np.ndarray,
+        triangles: np.ndarray,
+        layer_thickness_mm: np.ndarray,
+        control: FieldControl,
+        overbending: float = 1.0,
     ) -> None:
         """Prepare.
 
@@ -54,9 +60,11 @@ class TargetEnergy:
             triangles: vertex indices, shape [m, 3].
             layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
             control: design variables of the alignment.
+            overbending: factor on the second form, see `twin.inverse.anchor`.
         """
         self._triangles, self._thickness, self._control = triangles, layer_thickness_mm, control
-        self._first, self._second = edge_forms(vertices_mm, triangles, stencils(triangles))
+        self._first, second = edge_forms(vertices_mm, triangles, stencils(triangles))
+        self._second = overbending * second
         corners = vertices_mm[triangles]
         vector = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         self.area_mm2 = 0.5 * np.linalg.norm(vector, axis=1)
@@ -80,6 +88,7 @@ def design_at_target(
     layer_thickness_mm: np.ndarray,
     largest: float,
     stack: Stack = "all",
+    overbending: float = OVERBENDING,
     iterations: int = 300,
     seed: int = 0,
 ) -> FirstDesign:
@@ -91,6 +100,7 @@ def design_at_target(
         layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
         largest: largest contraction that a layer can be given.
         stack: which layers have fields of their own, see `FieldControl`.
+        overbending: factor on the target's second form, see `twin.inverse.anchor`.
         iterations: steps of L-BFGS.
         seed: of the small random alignment to start from.
 
@@ -109,7 +119,10 @@ def design_at_target(
         smoothness=SMOOTHNESS,
         damping=1.0,
     )
-    energy, shape = TargetEnergy(vertices, triangles, layer_thickness_mm, control), (control.fields, count, 2)
+    energy, shape = (
+        TargetEnergy(vertices, triangles, layer_thickness_mm, control, overbending),
+        (control.fields, count, 2),
+    )
 
     def value(unknown: np.ndarray) -> tuple[float, np.ndarray]:
         flat, u = unknown[: 2 * count].reshape(count, 2), unknown[2 * count :].reshape(shape)

@@ -1,8 +1,7 @@
 """Keep a design in the basin of its target: the ramp from the flat film must end in the shape that was designed."""
 
 import logging
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
 
 from planner.errors import SolverError
 from twin.equilibrium import rigid_distance_mm
@@ -13,20 +12,15 @@ logger = logging.getLogger(__name__)
 
 SAME_MM = 0.1
 """A designed shape and the ramp's are the same if no vertex is farther off, rigid motion aside."""
-FIRST_FRUSTRATION_PER_MM3 = 1e-2
-LEAST_FRUSTRATION_PER_MM3 = 3e-3
-FACTOR = 3.0
-SETTLED = 0.01
+WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
+"""Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
+STRONGEST_PER_MM3 = 0.05
+"""From this weight on a failure is final."""
+SETTLED = 0.003
 """Relative gain of one step below which a design has settled."""
 
 
-def descend(
-    refinement: Refinement,
-    design: Design,
-    *,
-    steps: int,
-    go_on: Callable[[Design], bool],
-) -> Design:
+def descend(refinement: Refinement, design: Design, *, steps: int, go_on: Callable[[Design], bool]) -> Design:
     """Take steps until they no longer pay.
 
     Args:
@@ -62,23 +56,22 @@ def descend_in_basin(
     world: World,
     design: Design,
     *,
+    weights_per_mm3: Sequence[float],
     steps: int,
     go_on: Callable[[Design], bool],
 ) -> Design:
-    """Descend with as little weight on the energy left as keeps the design in the basin of its target.
+    """Descend under ever less weight of the anchor, as long as the ramp from flat ends in the design's shape.
 
-    The film bends to the target along many paths of alignment. Those that leave much elastic energy at the target hold
-    other shapes too, and from flat the film snaps into one of them. The weight falls as long as the ramp ends where
-    it should, and rises where it does not.
+    The refinement is left with the weight of the design that is returned.
 
     Args:
-        refinement: what is minimised; its weight on the energy is changed.
+        refinement: what is minimised.
         world: the nominal film.
         design: a design whose shape is where the ramp ends.
+        weights_per_mm3: weights of the anchor, descending; where the first fails, larger ones are tried.
         steps: at most so many for each weight.
         go_on: called with each new design; False ends the search.
     """
-    weight, failed = FIRST_FRUSTRATION_PER_MM3, False
     more = True
 
     def watched(candidate: Design) -> bool:
@@ -86,21 +79,16 @@ def descend_in_basin(
         more = go_on(candidate)
         return more
 
-    while more:
-        refinement.frustration_per_mm3 = weight
-        start = replace(design, value=refinement.value(design.p, design.shapes))
-        candidate = descend(refinement, start, steps=steps, go_on=watched)
+    good: float | None = None
+    waiting = list(weights_per_mm3)
+    while waiting and more:
+        weight = waiting.pop(0)
+        candidate = descend(refinement, refinement.weighed(design, weight), steps=steps, go_on=watched)
         if lands_there(world, candidate):
-            design = candidate
-            if failed or weight <= LEAST_FRUSTRATION_PER_MM3:
-                break
-            weight = max(weight / FACTOR, LEAST_FRUSTRATION_PER_MM3)
-        elif weight >= FIRST_FRUSTRATION_PER_MM3 * FACTOR**3 or (
-            failed is False and weight < FIRST_FRUSTRATION_PER_MM3
-        ):
-            # a smaller weight was tried and left the basin: the design before it stands
-            refinement.frustration_per_mm3 = weight * FACTOR
-            break
+            design, good = candidate, weight
+        elif good is None and weight < STRONGEST_PER_MM3:
+            waiting = [3.0 * weight]
         else:
-            failed, weight = True, weight * FACTOR
+            break
+    refinement.weight_per_mm3 = weights_per_mm3[0] if good is None else good
     return design

@@ -41,8 +41,9 @@ from planner.toolpaths.dense import Tiling
 from twin.equilibrium import rigid_distance_mm
 from twin.film import FilmOptions, carry, film_from_alignment, outline_of
 from twin.hot_shape import HotShape
+from twin.inverse.anchor import Anchor
 from twin.inverse.at_target import design_at_target
-from twin.inverse.basin import FIRST_FRUSTRATION_PER_MM3, descend, descend_in_basin
+from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin
 from twin.inverse.field_control import FieldControl
 from twin.inverse.limits import describe_limits
 from twin.inverse.mismatch import Mismatch
@@ -105,7 +106,10 @@ class Field:
     """Variables of a `FieldControl`, shape [layers, n, 2]."""
     vertices_mm: np.ndarray
     """Its equilibrium [mm], shape [n, 3]."""
-    frustration_per_mm3: float
+    anchor_mm: np.ndarray
+    """Where the vertices would be on the target [mm], shape [n, 3]."""
+    weight_per_mm3: float
+    """Weight of the anchor that the design was found with."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -261,13 +265,16 @@ def _coarse(target: Target, calibration: Calibration, options: InverseOptions, s
     )
     control = _field_control(first.triangles, len(first.flat_mm), calibration, options)
     worlds = _worlds(target, first.flat_mm, first.triangles, control, first.u, options)
-    refinement = Refinement(worlds, control, frustration_per_mm3=FIRST_FRUSTRATION_PER_MM3)
+    anchor = Anchor(first.vertices_mm, first.flat_mm, first.triangles, np.array(options.layer_thickness_mm))
+    refinement = Refinement(worlds, control, anchor, weight_per_mm3=WEIGHTS_PER_MM3[0])
     nominal = worlds[0]
     try:
         go_on = search.watcher("coarse", first.triangles)
         design = refinement.design(first.u, [nominal.ramp(control.q(first.u))])
         go_on(design)
-        design = descend_in_basin(refinement, nominal, design, steps=STEPS["coarse"], go_on=go_on)
+        design = descend_in_basin(
+            refinement, nominal, design, weights_per_mm3=WEIGHTS_PER_MM3, steps=STEPS["coarse"], go_on=go_on
+        )
     finally:
         _close(worlds)
     flat = film_from_alignment(
@@ -280,18 +287,20 @@ def _coarse(target: Target, calibration: Calibration, options: InverseOptions, s
         triangles=first.triangles,
         u=design.p,
         vertices_mm=design.nominal.vertices_mm,
-        frustration_per_mm3=refinement.frustration_per_mm3,
+        anchor_mm=first.vertices_mm,
+        weight_per_mm3=refinement.weight_per_mm3,
     )
 
 
 def _middle(target: Target, calibration: Calibration, options: InverseOptions, search: _Search, coarse: Field) -> Field:
     flat, triangles = mesh_outline(coarse.outline_mm, _edge_mm(_area(coarse.outline_mm), options.middle_triangles))
-    carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
-    u = np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
+    carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, coarse.anchor_mm, *coarse.u)), flat)
+    u = np.stack(np.split(carried[:, 6:], len(coarse.u), axis=1))
     control = _field_control(triangles, len(flat), calibration, options)
     worlds = _worlds(target, flat, triangles, control, u, options)
     try:
-        refinement = Refinement(worlds, control, frustration_per_mm3=coarse.frustration_per_mm3)
+        anchor = Anchor(carried[:, 3:6], flat, triangles, np.array(options.layer_thickness_mm))
+        refinement = Refinement(worlds, control, anchor, weight_per_mm3=coarse.weight_per_mm3)
         start = refinement.design(u, [carried[:, :3]])
         design = descend(refinement, start, steps=STEPS["middle"], go_on=search.watcher("middle", triangles))
     finally:
@@ -303,7 +312,8 @@ def _middle(target: Target, calibration: Calibration, options: InverseOptions, s
         triangles=triangles,
         u=design.p,
         vertices_mm=design.nominal.vertices_mm,
-        frustration_per_mm3=coarse.frustration_per_mm3,
+        anchor_mm=carried[:, 3:6],
+        weight_per_mm3=coarse.weight_per_mm3,
     )
 
 
@@ -360,10 +370,15 @@ def _passes(
     p = control.start(np.concatenate([pass_contraction(layer.passes, calibration) for layer in traced]))
     worlds = _worlds(target, flat, triangles, control, p, options)
     try:
-        refinement = Refinement(worlds, control, frustration_per_mm3=field.frustration_per_mm3)
-        start = refinement.design(p, [carry(field.flat_mm, field.vertices_mm, flat)])
+        carried = carry(field.flat_mm, np.hstack((field.vertices_mm, field.anchor_mm)), flat)
+        anchor = Anchor(carried[:, 3:], flat, triangles, np.array(options.layer_thickness_mm))
+        refinement = Refinement(worlds, control, anchor, weight_per_mm3=field.weight_per_mm3)
+        start = refinement.design(p, [carried[:, :3]])
+        weights = [weight for weight in WEIGHTS_PER_MM3[1:] if weight >= field.weight_per_mm3] or WEIGHTS_PER_MM3[:1]
         go_on = search.watcher("passes", triangles)
-        design = descend_in_basin(refinement, worlds[0], start, steps=STEPS["passes"], go_on=go_on)
+        design = descend_in_basin(
+            refinement, worlds[0], start, weights_per_mm3=weights, steps=STEPS["passes"], go_on=go_on
+        )
     finally:
         _close(worlds)
     counts = np.cumsum([len(low) for low, _ in ranges])[:-1]

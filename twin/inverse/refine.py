@@ -2,26 +2,28 @@
 
 Minimised is, over the design variables p,
 
-    mean over the films of (mismatch + frustration E) + penalty(p),
+    mean over the films of the mismatch + weight T(q(p)) + penalty(p),
 
-where E is the energy left at the equilibrium over mu [mm^3]. A design with little of it is nearly stress-free at its
-target; one with much can hold several shapes, and the ramp from flat then finds another one.
+where T is the energy of `twin.inverse.anchor`: little of it keeps the ramp from flat on its way to the target.
 """
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from planner.errors import SolverError
+from twin.inverse.anchor import Anchor
 from twin.inverse.world import Shape, World
 
 logger = logging.getLogger(__name__)
 
 LONGEST_STEP_MM = 3.0
 TRIALS = 4
+MOVE_DAMPING_PER_MM2 = 0.1
+"""Unit of the damping of the vertices' mean square displacement."""
 INNER_STEPS = 40
 INNER_ACCURACY = 0.05
 
@@ -78,16 +80,17 @@ class Design:
 class Refinement:
     """Minimises over the design variables; every trial is an equilibrium in every world."""
 
-    def __init__(self, worlds: Sequence[World], control: Control, *, frustration_per_mm3: float) -> None:
+    def __init__(self, worlds: Sequence[World], control: Control, anchor: Anchor, *, weight_per_mm3: float) -> None:
         """Prepare.
 
         Args:
             worlds: the nominal film, then others that noise has made, all of one mesh.
             control: the design variables.
-            frustration_per_mm3: weight of the energy left at equilibrium.
+            anchor: what ties the design to the target beside its shape.
+            weight_per_mm3: the anchor's weight.
         """
-        self._worlds, self._control = tuple(worlds), control
-        self.frustration_per_mm3 = frustration_per_mm3
+        self._worlds, self._control, self._anchor = tuple(worlds), control, anchor
+        self.weight_per_mm3 = weight_per_mm3
         self._damping = 1.0
 
     def design(self, p: np.ndarray, starts_mm: Sequence[np.ndarray], near: Design | None = None) -> Design:
@@ -102,12 +105,17 @@ class Refinement:
         shapes = tuple(
             world.settle(q, start, shape) for world, start, shape in zip(self._worlds, starts, before, strict=True)
         )
-        return Design(p=p, q=q, shapes=shapes, value=self.value(p, shapes))
+        return Design(p=p, q=q, shapes=shapes, value=self.value(p, q, shapes))
 
-    def value(self, p: np.ndarray, shapes: Sequence[Shape]) -> float:
+    def value(self, p: np.ndarray, q: np.ndarray, shapes: Sequence[Shape]) -> float:
         """Return what is minimised."""
-        each = [shape.measured.value + self.frustration_per_mm3 * shape.energy for shape in shapes]
-        return float(np.mean(each)) + self._control.penalty(p)[0]
+        mismatch = float(np.mean([shape.measured.value for shape in shapes]))
+        return mismatch + self.weight_per_mm3 * self._anchor.value(q)[0] + self._control.penalty(p)[0]
+
+    def weighed(self, design: Design, weight_per_mm3: float) -> Design:
+        """Return the same design under another weight of the anchor, which holds from then on."""
+        self.weight_per_mm3, self._damping = weight_per_mm3, 1.0
+        return replace(design, value=self.value(design.p, design.q, design.shapes))
 
     def step(self, design: Design) -> Design | None:
         """Return a better design, or None if no damping gives one.
@@ -119,29 +127,33 @@ class Refinement:
         share = 1.0 / len(worlds)
         self._linearise(design)
         by_q = sum(
-            world.pull(share * shape.measured.gradient, share * self.frustration_per_mm3)
-            for world, shape in zip(worlds, design.shapes, strict=True)
+            world.pull(share * shape.measured.gradient) for world, shape in zip(worlds, design.shapes, strict=True)
         )
-        gradient = control.pull(p, np.asarray(by_q)) + control.penalty(p)[1]
+        by_anchor = self.weight_per_mm3 * self._anchor.value(design.q)[1]
+        gradient = control.pull(p, by_q + by_anchor) + control.penalty(p)[1]
 
-        def model(dp: np.ndarray) -> np.ndarray:
+        def model(dp: np.ndarray, damping: float) -> np.ndarray:
             dq = control.push(p, dp)
-            curved = sum(
-                world.pull(share * shape.measured.curve(world.push(dq)))
-                for world, shape in zip(worlds, design.shapes, strict=True)
-            )
-            return control.pull(p, np.asarray(curved)) + control.penalty_curve(p, dp)
+            curved = np.zeros_like(dq)
+            for world, shape in zip(worlds, design.shapes, strict=True):
+                move = world.push(dq)
+                # soft bending modes move far for little: they are what the linear model is wrong about
+                held = damping * MOVE_DAMPING_PER_MM2 * world.vertex_share * move
+                curved += world.pull(share * (shape.measured.curve(move) + held))
+            return control.pull(p, curved + self.weight_per_mm3 * self._anchor.curve(dq)) + control.penalty_curve(p, dp)
 
         for trial_number in range(TRIALS):
             if trial_number:
                 self._linearise(design)
             damping = self._damping * control.damping
-            dp = _conjugate_gradients(lambda d, c=damping: model(d) + c * d, -gradient, control.precondition)
+            dp = _conjugate_gradients(
+                lambda d, own=self._damping, c=damping: model(d, own) + c * d, -gradient, control.precondition
+            )
             dq = control.push(p, dp)
             moves = [world.push(dq) for world in worlds]
             longest = max(float(np.linalg.norm(move, axis=1).max()) for move in moves)
             part = min(1.0, LONGEST_STEP_MM / max(longest, 1e-12))
-            expected = -part * float((gradient * dp).sum()) - 0.5 * part**2 * float((dp * model(dp)).sum())
+            expected = -part * float((gradient * dp).sum()) - 0.5 * part**2 * float((dp * model(dp, 0.0)).sum())
             starts = [shape.vertices_mm + part * move for shape, move in zip(design.shapes, moves, strict=True)]
             try:
                 trial = self.design(p + part * dp, starts, design)
@@ -161,6 +173,7 @@ class Refinement:
         return None
 
     def _linearise(self, design: Design) -> None:
+        self._anchor.linearise(design.q)
         for world, shape in zip(self._worlds, design.shapes, strict=True):
             if not world.linearise(design.q, shape):
                 raise SolverError("refinement: the design's equilibrium is not stable; start from another seed.")

@@ -4,7 +4,7 @@ At an equilibrium x(q) the gradient of the energy vanishes, so with its Hessian 
 
     dx = -H^-1 B dq,     and for any function J(x):  dJ/dq = -B^t H^-1 dJ/dx,
 
-one solve each with a matrix that Newton's method factorises anyway. The energy itself changes by dE/dq alone.
+one solve each with a matrix that Newton's method factorises anyway.
 """
 
 import numpy as np
@@ -30,12 +30,6 @@ class Sensitivity:
         # absent neighbours have no derivatives: any vertex may stand in for them
         self._slots = np.where(self._around.vertices >= 0, self._around.vertices, 0)
         self._mixed = np.empty(0)
-        self._energy_by_q = np.empty(0)
-
-    @property
-    def energy_by_q(self) -> np.ndarray:
-        """Gradient of the equilibrium's energy over mu [mm^3], shape [layers, m, 2]."""
-        return self._energy_by_q
 
     def at(self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray) -> bool:
         """Linearise at an equilibrium of the film that the solver's shell has been taught; False if it is not stable.
@@ -50,7 +44,6 @@ class Sensitivity:
         first, second = edge_forms(vertices_mm, film.triangles, self._around)
         a, b = pull_back(first, self._frame), pull_back(second, self._frame)
         layers = LayerResponse(q, film.layer_thickness_mm, activation=activation, modulus_ratio=film.modulus_ratio)
-        self._energy_by_q = film.area_mm2[:, None] * layers.energy(a, b).by_q
         by_q = film.area_mm2[:, None, None] * layers.stress_by_q(a, b).reshape(len(a), 6, -1)
         _, _, values = shell.hessian(vertices_mm)
         # [m, slots and axes, layers and components]

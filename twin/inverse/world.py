@@ -23,8 +23,6 @@ class Shape:
     """Mid-surface [mm], shape [n, 3]."""
     top_mm: np.ndarray
     """Top face [mm], shape [n, 3]."""
-    energy: float
-    """Energy over mu [mm^3]."""
     measured: Measured
 
 
@@ -46,6 +44,9 @@ class World:
         self._mismatch, self._heated, self._distortion = mismatch, heated, distortion
         self._activation = ramp_end(heated)
         self._sensitivity = Sensitivity(self.newton)
+        area = film.vertex_area_mm2
+        self.vertex_share = (area / area.sum())[:, None]
+        """Share of the film's area that belongs to each vertex, shape [n, 1]."""
         self._flat = np.column_stack((film.flat_mm, np.zeros(len(film.flat_mm))))
 
     def film(self, q: np.ndarray) -> Film:
@@ -70,7 +71,7 @@ class World:
         found = self.newton.solve(start_mm, force_scale=scale, tolerance=TOLERANCE)
         top = top_face(shell.film, found.vertices_mm, shell.top_mm)
         measured = self._mismatch.measure(top, None if near is None else near.measured.transform)
-        return Shape(vertices_mm=found.vertices_mm, top_mm=top, energy=found.energy, measured=measured)
+        return Shape(vertices_mm=found.vertices_mm, top_mm=top, measured=measured)
 
     def ramp(self, q: np.ndarray) -> np.ndarray:
         """Heat the film of q from flat as a prediction does; returns where it ends [mm], shape [n, 3].
@@ -90,16 +91,9 @@ class World:
         """Return how the vertices move [mm], shape [n, 3], for a change of the intended alignment."""
         return self._sensitivity.push(dq if self._distortion is None else self._distortion.push(dq))
 
-    def pull(self, by_vertices: np.ndarray, by_energy: float = 0.0) -> np.ndarray:
-        """Return the gradient by the intended alignment of a function of the vertices, plus a multiple of the energy.
-
-        Args:
-            by_vertices: gradient by the vertices, shape [n, 3].
-            by_energy: derivative by the energy over mu [1/mm^3].
-        """
+    def pull(self, by_vertices: np.ndarray) -> np.ndarray:
+        """Return the gradient by the intended alignment of a function with this gradient by the vertices [n, 3]."""
         by_q = self._sensitivity.pull(by_vertices)
-        if by_energy:
-            by_q = by_q + by_energy * self._sensitivity.energy_by_q
         return by_q if self._distortion is None else self._distortion.pull(by_q)
 
     def _teach(self, q: np.ndarray) -> Shell:

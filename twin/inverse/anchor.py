@@ -1,0 +1,69 @@
+"""What ties a design to its target beside the shape itself: the layers should want the target, bent a little further.
+
+The energy that a film would have if it stood at the target with its curvature overdrawn by a factor,
+
+    T(q) = sum over triangles of A W(a*, OVERBENDING b*; q),
+
+needs no equilibrium. Where it is small the layers prefer the target's metric and more than its curvature. A heavy film
+on a plate needs that: weight presses the target flat, and a film whose layers do not insist on the sense of every bend
+turns some of them over on its way up from flat.
+"""
+
+import numpy as np
+
+from twin.inverse.forms import edge_forms, frames, pull_back
+from twin.inverse.layer_response import LayerResponse
+from twin.shell.topology import stencils
+
+OVERBENDING = 1.8
+COMPLIANCE = np.linalg.inv(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0], [0.5, 0.0, 1.0]]))
+"""Inverse of the second derivative of (d11^2 + d22^2 + d11 d22 + d12^2) / 2, see `Anchor.curve`."""
+
+
+class Anchor:
+    """The energy T(q) of a film, and its Gauss-Newton curvature."""
+
+    def __init__(
+        self,
+        vertices_mm: np.ndarray,
+        flat_mm: np.ndarray,
+        triangles: np.ndarray,
+        layer_thickness_mm: np.ndarray,
+        overbending: float = OVERBENDING,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            vertices_mm: the film's mid-surface at the target [mm], shape [n, 3].
+            flat_mm: the flat film [mm], shape [n, 2].
+            triangles: vertex indices, shape [m, 3].
+            layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
+            overbending: factor on the target's second form.
+        """
+        first, second = edge_forms(vertices_mm, triangles, stencils(triangles))
+        frame = frames(flat_mm, triangles)
+        self._a, self._b = pull_back(first, frame), overbending * pull_back(second, frame)
+        self._thickness = np.asarray(layer_thickness_mm, dtype=float)
+        self._area = 0.5 / np.linalg.det(frame)
+        self._response: np.ndarray = np.empty(0)
+
+    def value(self, q: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return T over mu [mm^3] and its gradient, shape [layers, m, 2]."""
+        energy = LayerResponse(q, self._thickness).energy(self._a, self._b)
+        return float(self._area @ energy.value), self._area[:, None] * energy.by_q
+
+    def linearise(self, q: np.ndarray) -> None:
+        """Prepare `curve` at alignment vectors, shape [layers, m, 2]."""
+        self._response = LayerResponse(q, self._thickness).stress_by_q(self._a, self._b)
+
+    def curve(self, dq: np.ndarray) -> np.ndarray:
+        """Return a positive semi-definite curvature of T times dq.
+
+        With the stiffness C of an unloaded film in (a, b), stresses s and natural forms f, T is about
+        (f* - f) C (f* - f) / 2 = s C^-1 s / 2, of which the square of the first derivative is kept.
+        """
+        stress = np.einsum("malq,lmq->ma", self._response, dq)
+        height = self._thickness.sum()
+        # W = (d11^2 + d22^2 + d11 d22 + d12^2)/2 per thickness for a small change d of the metric at nu = 1/2
+        strain = np.concatenate((stress[:, :3] @ COMPLIANCE / height, 3.0 * stress[:, 3:] @ COMPLIANCE / height**3), 1)
+        return np.einsum("malq,ma->lmq", self._response, self._area[:, None] * strain)
