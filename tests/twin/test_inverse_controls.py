@@ -5,6 +5,7 @@ from planner.calibration import load_calibration
 from planner.plan import plan
 from planner.target import mesh_outline
 from scenes.case import load_case
+from twin.batch import ProcessNoise
 from twin.film import FilmOptions, build_film
 from twin.inverse.at_target import TargetEnergy
 from twin.inverse.field_control import FieldControl
@@ -91,7 +92,7 @@ def test_pairs_of_layers_share_a_field():
 def test_noise_comes_in_pairs_and_transposes(film):
     rng = np.random.default_rng(0)
     q, by_q = rng.normal(size=(2, 4, len(film.triangles), 2))
-    made = noise_worlds(film, seed=3)
+    made = noise_worlds(film, ProcessNoise(), seed=3)
     for one in made:
         assert (one.pull(by_q) * q).sum() == pytest.approx((one.push(q) * by_q).sum(), rel=1e-10)
     np.testing.assert_allclose(made[0].strength + made[1].strength, 2.0)

@@ -74,8 +74,8 @@ PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
 OUTLINE_STEP_MM = 0.5
 STEPS = {"coarse": 10, "middle": 6, "passes": 6}
-BUDGET_SHARES = {"coarse": 0.35, "middle": 0.55, "passes": 0.9}
-"""Share of the budget after which each stage ends."""
+BUDGET_SHARES = {"coarse": 0.25, "middle": 0.4, "passes": 0.7}
+"""Share of the budget after which each stage ends: lines and check take the rest."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -417,7 +417,7 @@ def _worlds(
 ) -> list[World]:
     film = film_from_alignment(flat, triangles, control.q(p), layer_thickness_mm=np.array(options.layer_thickness_mm))
     mismatch = Mismatch(target, triangles)
-    distortions = [None, *(noise_worlds(film, seed=options.seed) if options.robust else ())]
+    distortions = [None, *(noise_worlds(film, options.noise, seed=options.seed) if options.robust else ())]
     return [World(film, mismatch, options.heated, distortion) for distortion in distortions]
 
 

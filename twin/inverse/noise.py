@@ -1,31 +1,33 @@
-"""Films that noise has made of one design: a few that stand for the process in robust design."""
+"""Films that noise has made of one design: a few that stand for the process in robust design.
+
+The errors are those of `twin.batch.ProcessNoise`, each layer turned as a whole: linear in the alignment, so that the
+adjoint goes through them.
+"""
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import Delaunay, KDTree
 
+from twin.batch import ProcessNoise
 from twin.film import Film
 from twin.inverse.distortion import Distortion
 
-STRENGTH = 0.05
-"""Standard deviation of the contraction's factor, once for the film and once for each layer."""
-TURN_RAD = np.deg2rad(5.0)
-"""Standard deviation of each layer's direction."""
-SHIFT_MM = 0.2
-"""Standard deviation of each layer's place, along each axis."""
 PAIRS = 2
 """Noise is drawn in pairs of opposite sign, so that its mean is exactly none."""
 
 
-def noise_worlds(film: Film, *, seed: int) -> tuple[Distortion, ...]:
+def noise_worlds(film: Film, noise: ProcessNoise, *, seed: int) -> tuple[Distortion, ...]:
     """Return what noise makes of designs on the mesh of a film: the same ones for the same seed."""
     rng = np.random.default_rng(seed)
     layers, centre = len(film.contraction), film.flat_mm[film.triangles].mean(axis=1)
     mesh, tree = Delaunay(centre), KDTree(centre)
     made = []
     for _ in range(PAIRS):
-        strength = STRENGTH * (rng.normal() + rng.normal(size=layers))
-        turn, shift = TURN_RAD * rng.normal(size=layers), SHIFT_MM * rng.normal(size=(layers, 2))
+        strength = noise.strain * rng.normal() + noise.layer_strain * rng.normal(size=layers)
+        turn, shift = (
+            noise.direction_rad * rng.normal(size=layers),
+            noise.registration_mm * rng.normal(size=(layers, 2)),
+        )
         made += [
             Distortion(
                 strength=1.0 + sign * strength,

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from planner.errors import InputError
 from planner.plan import LAYER_THICKNESS_MM
+from twin.batch import ProcessNoise
 from twin.inverse.field_control import Stack
 from twin.predict import PredictOptions
 from twin.temperature import TemperatureUniform
@@ -31,6 +32,8 @@ class InverseOptions:
     """Size of the mesh on which the passes are optimised."""
     robust: bool = False
     """Whether the mean over noisy films is optimised instead of the film as intended."""
+    noise: ProcessNoise = field(default_factory=ProcessNoise)
+    """Standard deviations of the errors that a robust design is made for."""
     budget_s: float | None = None
     """Time to stop after [s], about; None to go on until it no longer pays."""
     seed: int = 0
