@@ -29,6 +29,7 @@ class Anchor:
         flat_mm: np.ndarray,
         triangles: np.ndarray,
         layer_thickness_mm: np.ndarray,
+        activation: float,
         overbending: float = OVERBENDING,
     ) -> None:
         """Prepare.
@@ -38,23 +39,25 @@ class Anchor:
             flat_mm: the flat film [mm], shape [n, 2].
             triangles: vertex indices, shape [m, 3].
             layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
+            activation: fraction of the full contraction at which the film should be there.
             overbending: factor on the target's second form.
         """
         first, second = edge_forms(vertices_mm, triangles, stencils(triangles))
         frame = frames(flat_mm, triangles)
         self._a, self._b = pull_back(first, frame), overbending * pull_back(second, frame)
+        self._activation = activation
         self._thickness = np.asarray(layer_thickness_mm, dtype=float)
         self._area = 0.5 / np.linalg.det(frame)
         self._response: np.ndarray = np.empty(0)
 
     def value(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return T over mu [mm^3] and its gradient, shape [layers, m, 2]."""
-        energy = LayerResponse(q, self._thickness).energy(self._a, self._b)
+        energy = LayerResponse(q, self._thickness, activation=self._activation).energy(self._a, self._b)
         return float(self._area @ energy.value), self._area[:, None] * energy.by_q
 
     def linearise(self, q: np.ndarray) -> None:
         """Prepare `curve` at alignment vectors, shape [layers, m, 2]."""
-        self._response = LayerResponse(q, self._thickness).stress_by_q(self._a, self._b)
+        self._response = LayerResponse(q, self._thickness, activation=self._activation).stress_by_q(self._a, self._b)
 
     def curve(self, dq: np.ndarray) -> np.ndarray:
         """Return a positive semi-definite curvature of T times dq.

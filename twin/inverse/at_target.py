@@ -51,6 +51,8 @@ class TargetEnergy:
         triangles: np.ndarray,
         layer_thickness_mm: np.ndarray,
         control: FieldControl,
+        *,
+        activation: float = 1.0,
         overbending: float = 1.0,
     ) -> None:
         """Prepare.
@@ -60,9 +62,11 @@ class TargetEnergy:
             triangles: vertex indices, shape [m, 3].
             layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
             control: design variables of the alignment.
+            activation: fraction of the full contraction.
             overbending: factor on the second form, see `twin.inverse.anchor`.
         """
         self._triangles, self._thickness, self._control = triangles, layer_thickness_mm, control
+        self._activation = activation
         self._first, second = edge_forms(vertices_mm, triangles, stencils(triangles))
         self._second = overbending * second
         corners = vertices_mm[triangles]
@@ -73,7 +77,7 @@ class TargetEnergy:
         """Return energy over mu [mm^3] plus penalty, and its gradients by the flat vertices and by u."""
         frame = frames(flat_mm, self._triangles)
         a, b = pull_back(self._first, frame), pull_back(self._second, frame)
-        energy = LayerResponse(self._control.q(u), self._thickness).energy(a, b)
+        energy = LayerResponse(self._control.q(u), self._thickness, activation=self._activation).energy(a, b)
         penalty, by_u = self._control.penalty(u)
         weight = self.area_mm2[:, None]
         by_u = by_u + self._control.pull(u, weight * energy.by_q)
@@ -88,6 +92,7 @@ def design_at_target(
     layer_thickness_mm: np.ndarray,
     largest: float,
     stack: Stack = "all",
+    activation: float = 1.0,
     overbending: float = OVERBENDING,
     iterations: int = 300,
     seed: int = 0,
@@ -100,6 +105,7 @@ def design_at_target(
         layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
         largest: largest contraction that a layer can be given.
         stack: which layers have fields of their own, see `FieldControl`.
+        activation: fraction of the full contraction at which the film should be there.
         overbending: factor on the target's second form, see `twin.inverse.anchor`.
         iterations: steps of L-BFGS.
         seed: of the small random alignment to start from.
@@ -120,7 +126,7 @@ def design_at_target(
         damping=1.0,
     )
     energy, shape = (
-        TargetEnergy(vertices, triangles, layer_thickness_mm, control, overbending),
+        TargetEnergy(vertices, triangles, layer_thickness_mm, control, activation=activation, overbending=overbending),
         (control.fields, count, 2),
     )
 

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from planner.errors import SolverError
 from twin.equilibrium import rigid_distance_mm
@@ -14,8 +15,10 @@ SAME_MM = 0.1
 """A designed shape and the ramp's are the same if no vertex is farther off, rigid motion aside."""
 WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 """Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
+FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
-"""From this weight on a failure is final."""
+FAILURES = 4
+"""Ramps that may end elsewhere before a search is given up."""
 SETTLED = 0.003
 """Relative gain of one step below which a design has settled."""
 
@@ -39,16 +42,19 @@ def descend(refinement: Refinement, design: Design, *, steps: int, go_on: Callab
     return design
 
 
-def lands_there(world: World, design: Design) -> bool:
-    """Tell whether the nominal film of a design, heated from flat, ends in the shape that was designed."""
-    try:
-        found = world.settle(design.q, world.ramp(design.q), design.nominal)
-    except SolverError as error:
-        logger.info("ramp: %s", error)
-        return False
+def ramped(refinement: Refinement, world: World, design: Design) -> tuple[Design, bool]:
+    """Return the design with the shape that its film takes when heated from flat, and whether that was its shape.
+
+    Raises:
+        SolverError: if the film cannot be heated.
+    """
+    found = world.settle(design.q, world.ramp(design.q), design.nominal)
     off = rigid_distance_mm(found.vertices_mm, design.nominal.vertices_mm)
     logger.info("ramp from flat: %.3f mm off, ssim %.4f", off, found.measured.ssim)
-    return off < SAME_MM
+    if off < SAME_MM:
+        return design, True
+    shapes = (found, *design.shapes[1:])
+    return replace(design, shapes=shapes, value=refinement.value(design.p, design.q, shapes)), False
 
 
 def descend_in_basin(
@@ -62,33 +68,41 @@ def descend_in_basin(
 ) -> Design:
     """Descend under ever less weight of the anchor, as long as the ramp from flat ends in the design's shape.
 
-    The refinement is left with the weight of the design that is returned.
+    Where it ends elsewhere, the descent goes on from there under more weight. Returned is the design that the ramp brings
+    nearest to the target, with the ramp's shape; the refinement is left with its weight.
 
     Args:
         refinement: what is minimised.
         world: the nominal film.
-        design: a design whose shape is where the ramp ends.
-        weights_per_mm3: weights of the anchor, descending; where the first fails, larger ones are tried.
+        design: where to start.
+        weights_per_mm3: weights of the anchor, descending.
         steps: at most so many for each weight.
         go_on: called with each new design; False ends the search.
     """
-    more = True
+    more, failures, waiting = True, 0, list(weights_per_mm3)
+    best: tuple[Design, float] | None = None
 
     def watched(candidate: Design) -> bool:
         nonlocal more
         more = go_on(candidate)
         return more
 
-    good: float | None = None
-    waiting = list(weights_per_mm3)
-    while waiting and more:
+    while waiting and failures < FAILURES:
         weight = waiting.pop(0)
         candidate = descend(refinement, refinement.weighed(design, weight), steps=steps, go_on=watched)
-        if lands_there(world, candidate):
-            design, good = candidate, weight
-        elif good is None and weight < STRONGEST_PER_MM3:
-            waiting = [3.0 * weight]
-        else:
+        try:
+            design, landed = ramped(refinement, world, candidate)
+        except SolverError as error:
+            logger.info("ramp: %s", error)
             break
-    refinement.weight_per_mm3 = weights_per_mm3[0] if good is None else good
-    return design
+        if best is None or design.nominal.measured.value < best[0].nominal.measured.value:
+            best = design, weight
+        if not landed:
+            failures += 1
+            waiting = [min(FACTOR * weight, STRONGEST_PER_MM3)]
+        elif failures or not more:
+            break
+    if best is None:
+        return design
+    refinement.weight_per_mm3 = best[1]
+    return best[0]

@@ -11,12 +11,15 @@ Coarse to fine, each stage starting from the last one's film:
 """
 
 import logging
+import os
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from importlib.metadata import version
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.interpolate import CubicSpline
 
 from planner.calibration import Calibration, load_calibration
@@ -61,7 +64,7 @@ from twin.inverse.traced import (
     with_contraction,
 )
 from twin.inverse.world import World
-from twin.predict import heat_film, predict
+from twin.predict import heat_film, predict, ramp_end
 from twin.score import Score, score_surface
 
 logger = logging.getLogger(__name__)
@@ -216,7 +219,7 @@ def design_inverse(
         field = _middle(target, calibration, options, search, field)
         keep(field)
     search.report("lines", 0.0)
-    traced = _traced(field, calibration, machine, options, search)
+    traced = _traced(field, calibration, machine, options)
     layers, designed = _passes(target, calibration, options, search, field, traced)
     program = _program(target, calibration, machine, options, field, layers)
     search.report("check", 0.0)
@@ -234,6 +237,7 @@ def design_inverse(
             layer_thickness_mm=layers,
             largest=contraction * SATURATION * largest,
             stack=options.stack,
+            activation=ramp_end(options.heated),
             seed=options.seed,
         )
         return first.energy_mm / float(layers.sum())
@@ -261,11 +265,18 @@ def _coarse(target: Target, calibration: Calibration, options: InverseOptions, s
         layer_thickness_mm=np.array(options.layer_thickness_mm),
         largest=SATURATION * contraction_range(calibration)[1],
         stack=options.stack,
+        activation=ramp_end(options.heated),
         seed=options.seed,
     )
     control = _field_control(first.triangles, len(first.flat_mm), calibration, options)
     worlds = _worlds(target, first.flat_mm, first.triangles, control, first.u, options)
-    anchor = Anchor(first.vertices_mm, first.flat_mm, first.triangles, np.array(options.layer_thickness_mm))
+    anchor = Anchor(
+        first.vertices_mm,
+        first.flat_mm,
+        first.triangles,
+        np.array(options.layer_thickness_mm),
+        ramp_end(options.heated),
+    )
     refinement = Refinement(worlds, control, anchor, weight_per_mm3=WEIGHTS_PER_MM3[0])
     nominal = worlds[0]
     try:
@@ -299,7 +310,9 @@ def _middle(target: Target, calibration: Calibration, options: InverseOptions, s
     control = _field_control(triangles, len(flat), calibration, options)
     worlds = _worlds(target, flat, triangles, control, u, options)
     try:
-        anchor = Anchor(carried[:, 3:6], flat, triangles, np.array(options.layer_thickness_mm))
+        anchor = Anchor(
+            carried[:, 3:6], flat, triangles, np.array(options.layer_thickness_mm), ramp_end(options.heated)
+        )
         refinement = Refinement(worlds, control, anchor, weight_per_mm3=coarse.weight_per_mm3)
         start = refinement.design(u, [carried[:, :3]])
         design = descend(refinement, start, steps=STEPS["middle"], go_on=search.watcher("middle", triangles))
@@ -318,27 +331,26 @@ def _middle(target: Target, calibration: Calibration, options: InverseOptions, s
 
 
 def _traced(
-    field: Field, calibration: Calibration, machine: Machine, options: InverseOptions, search: _Search
+    field: Field, calibration: Calibration, machine: Machine, options: InverseOptions
 ) -> tuple[TracedLayer, ...]:
     control = _field_control(field.triangles, len(field.flat_mm), calibration, options)
-    traced = []
     fields = control.vertex_q(field.u)
-    for index, q in enumerate(fields):
-        traced.append(
-            trace_layer(
-                field.flat_mm,
-                field.triangles,
-                q,
-                calibration,
-                machine=machine,
-                index=index,
-                layers=len(fields),
-                line_width_mm=options.line_width_mm,
-                seed=options.seed,
-            )
+
+    def trace(index: int) -> TracedLayer:
+        return trace_layer(
+            field.flat_mm,
+            field.triangles,
+            fields[index],
+            calibration,
+            machine=machine,
+            index=index,
+            layers=len(fields),
+            line_width_mm=options.line_width_mm,
+            seed=options.seed,
         )
-        search.report("lines", (index + 1) / len(fields))
-    return tuple(traced)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return tuple(pool.map(trace, range(len(fields))))
 
 
 def _passes(
@@ -354,10 +366,12 @@ def _passes(
     flat, triangles = mesh_outline(outline, _edge_mm(_area(outline), options.pass_triangles))
     bounds = outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0
     corners = flat[triangles]
-    painted = [
-        painted_layer(layer.passes, calibration, corners, bounds, FilmOptions(), options.line_width_mm)
-        for layer in traced
-    ]
+
+    def paint(layer: TracedLayer) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        return painted_layer(layer.passes, calibration, corners, bounds, FilmOptions(), options.line_width_mm)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        painted = list(pool.map(paint, traced))
     ranges = [pass_bounds(layer.passes, calibration) for layer in traced]
     control = PassControl(
         painted,
@@ -371,7 +385,7 @@ def _passes(
     worlds = _worlds(target, flat, triangles, control, p, options)
     try:
         carried = carry(field.flat_mm, np.hstack((field.vertices_mm, field.anchor_mm)), flat)
-        anchor = Anchor(carried[:, 3:], flat, triangles, np.array(options.layer_thickness_mm))
+        anchor = Anchor(carried[:, 3:], flat, triangles, np.array(options.layer_thickness_mm), ramp_end(options.heated))
         refinement = Refinement(worlds, control, anchor, weight_per_mm3=field.weight_per_mm3)
         start = refinement.design(p, [carried[:, :3]])
         weights = [weight for weight in WEIGHTS_PER_MM3[1:] if weight >= field.weight_per_mm3] or WEIGHTS_PER_MM3[:1]
