@@ -68,8 +68,8 @@ def descend_in_basin(
 ) -> Design:
     """Descend under ever less weight of the anchor, as long as the ramp from flat ends in the design's shape.
 
-    Where it ends elsewhere, the descent goes on from there under more weight. Returned is the design that the ramp brings
-    nearest to the target, with the ramp's shape; the refinement is left with its weight.
+    Where it ends elsewhere, the descent goes on from there under more weight. Returned is the design that the ramp
+    brings nearest to the target, with the ramp's shape; the refinement is left with its weight.
 
     Args:
         refinement: what is minimised.
