@@ -75,8 +75,11 @@ FIELD_SMOOTHNESS = 1e-4
 FIELD_DAMPING = 1e-3
 PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
+PASS_WEIGHTS_PER_MM3 = (1e-5,)
+"""Weight of the anchor for the passes: they start from fields that it has shaped, and the gaps between lines are no
+fault that speeds could mend."""
 OUTLINE_STEP_MM = 0.5
-STEPS = {"coarse": 10, "middle": 6, "passes": 6}
+STEPS = {"coarse": 10, "middle": 7, "passes": 11}
 BUDGET_SHARES = {"coarse": 0.25, "middle": 0.4, "passes": 0.7}
 """Share of the budget after which each stage ends: lines and check take the rest."""
 
@@ -388,10 +391,9 @@ def _passes(
         anchor = Anchor(carried[:, 3:], flat, triangles, np.array(options.layer_thickness_mm), ramp_end(options.heated))
         refinement = Refinement(worlds, control, anchor, weight_per_mm3=field.weight_per_mm3)
         start = refinement.design(p, [carried[:, :3]])
-        weights = [weight for weight in WEIGHTS_PER_MM3[1:] if weight >= field.weight_per_mm3] or WEIGHTS_PER_MM3[:1]
         go_on = search.watcher("passes", triangles)
         design = descend_in_basin(
-            refinement, worlds[0], start, weights_per_mm3=weights, steps=STEPS["passes"], go_on=go_on
+            refinement, worlds[0], start, weights_per_mm3=PASS_WEIGHTS_PER_MM3, steps=STEPS["passes"], go_on=go_on
         )
     finally:
         _close(worlds)
