@@ -1,0 +1,321 @@
+"""The post's load by a New Era pump: doses of water, each audited by the pump's own counters.
+
+The load adds up every dose, so that one lost or doubled would stay for good. Therefore the only truth is `DIS`: the
+load is what the counters say was moved, a dose is the difference to it, and `RUN` is never said again before the
+counters have shown that it was not heard.
+"""
+
+import logging
+from dataclasses import dataclass
+from typing import Final
+
+from planner.errors import InputError, RigError
+from rig.dialects.new_era import (
+    Alarm,
+    Dispensed,
+    Status,
+    dispensed,
+    number,
+    volume_argument,
+    volume_ml,
+    volume_units,
+)
+from rig.pump_link import TRIES, PumpLink
+from rig.transport import Transport
+
+POLL_S: Final = 0.5
+SMALLEST_ML: Final = 0.0005
+"""Doses below half a step of the counters are left out [mL]."""
+COUNTER_ML: Final = 9.9
+"""Volume [mL] up to which the counters keep their step of 1 uL."""
+PUMPING: Final = frozenset({Status.INFUSING, Status.WITHDRAWING, Status.PURGING, Status.TIMED_PAUSE, Status.WAITING})
+
+_ALARMS: Final = {
+    Alarm.STALL: "the pump stalled; free the syringe and the tube",
+    Alarm.TIME_OUT: "the pump heard nothing for too long and stopped itself; check the cable",
+    Alarm.PROGRAM_ERROR: "the pump found its program wrong; clear it on its keys",
+    Alarm.PHASE_OUT_OF_RANGE: "the pump ran out of its program; clear it on its keys",
+}
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PumpSetup:
+    """What the driver must know of the pump and of what hangs on it."""
+
+    syringe_diameter_mm: float
+    rate_ml_min: float
+    ml_per_g: float
+    load_g_max: float
+    address: int = 0
+    watchdog_s: int = 30
+    """Silence after which the pump stops itself; 0 is the basic mode, without watchdog and checksums."""
+    tolerance_ml: float = 0.005
+    """Largest difference between the dose asked for and the dose counted."""
+    settle_s: float = 1.0
+    """Time for the water to come to rest behind the plunger."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Dose:
+    asked_ml: float
+    from_ml: float
+
+
+class PumpLoad:
+    """Water chamber over the post; a `PostLoad`. The port is first used by the first verb, or by `connect`.
+
+    Args:
+        transport: line to the pump.
+        setup: pump, syringe and limits.
+        load_g: load at the start [g].
+        since: counters that belong to that load, to take up a run that was cut off in the middle of a dose.
+    """
+
+    def __init__(
+        self, transport: Transport, setup: PumpSetup, *, load_g: float = 0.0, since: Dispensed | None = None
+    ) -> None:
+        self.identity = ""
+        """What the pump says that it is, once connected."""
+        self._setup = setup
+        self._link = PumpLink(transport, address=setup.address, watchdog_s=setup.watchdog_s)
+        self._water_ml = load_g * setup.ml_per_g
+        self._counters = since
+        self._may_have_pumped = since is not None
+        self._dose: _Dose | None = None
+        self._alarm: Alarm | None = None
+        self._unknown: str | None = None
+
+    @property
+    def counters(self) -> Dispensed | None:
+        """The pump's counters as last read; together with the load then, what a later run needs to go on."""
+        return self._counters
+
+    def connect(self) -> None:
+        """Identify the pump, stop it and tell it the syringe; does nothing if that is done.
+
+        Raises:
+            RigError: if it is no such pump, does not take its settings, or the load is not known any more.
+        """
+        if self.identity:
+            return
+        identity = self._link.open()
+        fresh = self._counters is None
+        if self._link.ask("DIS").status in PUMPING and fresh:
+            self._unknown = "the pump was already pumping when it was connected"
+        self._halt()
+        # Phase 2 ends the program; a pump that comes back from a power failure must not go on by itself, and one
+        # that does not know the command never does.
+        self._link.say_once("PF0")
+        for name, value in (("PHN", "2"), ("FUN", "STP"), ("PHN", "1"), ("FUN", "RAT")):
+            self._link.ensure(name, value, value)
+        self._ensure_syringe()
+        if fresh:
+            self._counters = None  # a new diameter starts them anew
+        self._audit()
+        self.identity = identity
+        _log.info("pump: %s at address %d", identity, self._setup.address)
+
+    def set_load(self, load_g: float) -> None:
+        """Start pumping the difference between a load [g] and the present one.
+
+        Raises:
+            InputError: if the load is out of range.
+            RigError: if the pump fails, or the present load is not known.
+        """
+        if not 0 <= load_g <= self._setup.load_g_max:
+            raise InputError(
+                f"pump: load_g is {load_g:g}, allowed is 0 to {self._setup.load_g_max:g}; change the Program's loads"
+            )
+        self._ready()
+        self._halt()
+        self._dose = None
+        change_ml = load_g * self._setup.ml_per_g - self._water_ml
+        if abs(change_ml) < SMALLEST_ML:
+            return
+        self._clear_full_counters(abs(change_ml))
+        self._ensure_syringe()
+        direction = "INF" if change_ml > 0 else "WDR"
+        self._link.ensure("DIR", direction, direction)
+        units = volume_units(self._link.ask("VOL").data)
+        volume = volume_argument(abs(change_ml), units)
+        self._link.ensure("VOL", volume, volume + units)
+        self._ready()  # the pump may have been reset meanwhile
+        if self._audit() is not Status.STOPPED:
+            raise RigError("pump: it pumps without having been told to; check that nobody works on its keys")
+        asked_ml = volume_ml(volume + units)
+        self._dose = _Dose(asked_ml=asked_ml if change_ml > 0 else -asked_ml, from_ml=self._water_ml)
+        self._start(self._dose)
+
+    def wait_settled(self, deadline_s: float) -> None:
+        """Wait until the dose is pumped and counted, and the water has come to rest [s].
+
+        Raises:
+            RigError: if it takes longer, or another volume than asked for was moved; `load_g` tells which.
+        """
+        if self._dose is None:
+            self._ready()
+            return
+        clock, dose = self._link.clock, self._dose
+        end_s = clock.now_s() + deadline_s
+        while self._audit() in PUMPING or self._audit_surely() in PUMPING:
+            if clock.now_s() >= end_s:
+                raise RigError(f"pump: {self._progress(dose)} in {deadline_s:g} s; check the rate, then stop the pump")
+            clock.sleep(POLL_S)
+        self._dose = None
+        self._may_have_pumped = False
+        if abs(self._water_ml - dose.from_ml - dose.asked_ml) > self._setup.tolerance_ml:
+            cause = "something stopped it; look at its keys" if self._alarm is None else _ALARMS[self._alarm]
+            raise RigError(f"pump: {self._progress(dose)}: {cause}, then set the load again")
+        clock.sleep(self._setup.settle_s)
+
+    def load_g(self) -> float:
+        """Return the load from the volume really pumped [g].
+
+        Raises:
+            RigError: if the pump fails, or the load is not known.
+        """
+        self._ready()
+        self._audit()
+        return self._water_ml / self._setup.ml_per_g
+
+    def keep_alive(self) -> None:
+        """Feed the pump's watchdog, while something else is waited for during a dose.
+
+        Raises:
+            RigError: if the pump fails.
+        """
+        self.load_g()
+
+    def stop(self) -> None:
+        """Stop pumping; the load stays as it is.
+
+        Raises:
+            RigError: if the pump does not confirm that it stands still.
+        """
+        self._link.say_once("STP")
+        if not self.identity:
+            self.connect()
+        self._halt()
+        self._dose = None
+
+    def prime(self, load_g: float) -> None:
+        """Take the load as known [g], after the chamber was emptied or weighed.
+
+        Raises:
+            RigError: if the pump fails.
+        """
+        self._unknown = None
+        self._counters = None
+        self._dose = None
+        self._may_have_pumped = False
+        self.connect()
+        self._halt()
+        self._water_ml = load_g * self._setup.ml_per_g
+
+    def _ready(self) -> None:
+        self.connect()
+        if self._unknown is not None:
+            raise self._load_unknown(self._unknown)
+
+    def _ensure_syringe(self) -> None:
+        diameter = number(self._setup.syringe_diameter_mm)
+        self._link.ensure("DIA", diameter, diameter)
+        rate = number(self._setup.rate_ml_min) + "MM"
+        self._link.ensure("RAT", rate, rate)
+
+    def _start(self, dose: _Dose) -> None:
+        """Say RUN, and again only if the counters show that it was not heard."""
+        self._may_have_pumped = True
+        self._alarm = None
+        for _ in range(TRIES):
+            reply = self._link.say_once("RUN")
+            if reply is not None and reply.answers("RUN") and reply.status in PUMPING:
+                return
+            if self._audit_surely() is not Status.STOPPED or abs(self._water_ml - dose.from_ml) > SMALLEST_ML:
+                return
+            _log.warning("pump: RUN was answered by %s and not heard, by the counters", reply)
+        self._dose = None
+        self._may_have_pumped = False
+        raise RigError("pump: it does not start to pump; look at its display")
+
+    def _halt(self) -> None:
+        """Stop the pump, unless it stands still; the first STP pauses, the second ends."""
+        for _ in range(TRIES):
+            if self._audit_surely() is Status.STOPPED:
+                self._may_have_pumped = False
+                return
+            self._link.say_once("STP")
+        raise RigError("pump: it does not stop; switch it off")
+
+    def _clear_full_counters(self, dose_ml: float) -> None:
+        """Start the counters anew before they grow so long that the pump tells them in coarser steps."""
+        counters = self._counters
+        if counters is None or max(counters.infused_ml, counters.withdrawn_ml) + dose_ml < COUNTER_ML:
+            return
+        zero = Dispensed(infused_ml=0.0, withdrawn_ml=0.0, resolution_ml=0.0)
+        for direction in ("INF", "WDR"):
+            self._link.ask("CLD" + direction)
+        # From here on until the next audit nothing moves, and if something did, it counts from zero.
+        self._counters = zero
+
+    def _audit_surely(self) -> Status | None:
+        """Audit by an answer that cannot be an old one."""
+        self._link.synchronise()
+        return self._audit()
+
+    def _audit(self) -> Status | None:
+        """Read the counters, add what was moved to the water, and return what the pump is doing."""
+        status, now = self._read_counters()
+        before = now if self._counters is None else self._counters
+        alarms = self._link.take_alarms()
+        for alarm in alarms - {Alarm.RESET}:
+            _log.log(logging.WARNING if self._dose else logging.INFO, "pump: alarm %s", alarm.name)
+            self._alarm = alarm
+        self._counters = now
+        if Alarm.RESET in alarms:
+            self.identity = ""  # set up anew before the next dose
+            if self._may_have_pumped:
+                raise self._lose("the pump lost its power, and its counters, during a dose")
+            if now.infused_ml == now.withdrawn_ml == 0:
+                before = now
+        slack_ml = self._setup.tolerance_ml
+        if now.infused_ml < before.infused_ml - slack_ml or now.withdrawn_ml < before.withdrawn_ml - slack_ml:
+            raise self._lose("the pump's counters went back")
+        self._water_ml += now.net_ml - before.net_ml
+        return status
+
+    def _read_counters(self) -> tuple[Status | None, Dispensed]:
+        reply = self._link.ask("DIS")
+        now = dispensed(reply.data)
+        if self._setup.watchdog_s:
+            return reply.status, now
+        # Nothing guards the basic mode against a flipped bit: two answers in a row have to agree, but for what the
+        # pump can have moved between them.
+        for _ in range(TRIES):
+            asked_s = self._link.clock.now_s()
+            again = self._link.ask("DIS")
+            before, now = now, dispensed(again.data)
+            moved_ml = self._setup.rate_ml_min / 60 * (self._link.clock.now_s() - asked_s) + now.resolution_ml
+            changes_ml = (now.infused_ml - before.infused_ml, now.withdrawn_ml - before.withdrawn_ml)
+            if again.status is reply.status and all(0 <= change <= 2 * moved_ml for change in changes_ml):
+                return again.status, now
+            reply = again
+        raise RigError("pump: its counters read differently each time; check the cable, or use the safe mode")
+
+    def _lose(self, why: str) -> RigError:
+        if self._dose is not None:
+            ends = sorted((self._water_ml, self._dose.from_ml + self._dose.asked_ml))
+            low, high = (end / self._setup.ml_per_g for end in ends)
+            why += f" (it is between {low:.3f} and {high:.3f} g)"
+        self._unknown = why
+        self._dose = None
+        self._may_have_pumped = False
+        return self._load_unknown(why)
+
+    def _load_unknown(self, why: str) -> RigError:
+        return RigError(f"pump: the load is not known, since {why}; empty or weigh the chamber and prime the load anew")
+
+    def _progress(self, dose: _Dose) -> str:
+        moved_ml = self._water_ml - dose.from_ml
+        return f"{moved_ml:.3f} mL of {dose.asked_ml:.3f} mL were moved"
