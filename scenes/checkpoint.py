@@ -13,8 +13,7 @@ from planner.calibration import Calibration
 from planner.errors import InputError
 from planner.target import Target
 from scenes.whole_file import whole_file
-from twin.inverse import InverseOptions
-from twin.inverse.design import Field
+from twin.inverse import Field, InverseOptions
 
 NAMES = tuple(part.name for part in fields(Field))
 

@@ -14,8 +14,7 @@ from scenes.pictures import draw_design, draw_plan, draw_search, draw_target
 from scenes.planning import TARGET_FILE
 from scenes.prediction import PAPER_SSIM
 from scenes.search_folder import opened_search_folder
-from twin.inverse import InverseDesign, InverseOptions, Moment, design_inverse
-from twin.inverse.design import Field
+from twin.inverse import Field, InverseDesign, InverseOptions, Moment, design_inverse
 from twin.score import score_surface
 
 

@@ -9,8 +9,7 @@ from planner.errors import InputError
 from planner.target import Target
 from scenes.checkpoint import save_checkpoint
 from scenes.pictures import CurrentPicture
-from twin.inverse import Moment
-from twin.inverse.design import Field
+from twin.inverse import Field, Moment
 
 CHECKPOINT_FILE, CURRENT_FILE = "checkpoint.npz", "current.png"
 LEAST_PAUSE_S = 2.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenes.cli import main
-from twin.inverse.design import Field
+from twin.inverse import Field
 
 DOME = """
 name = "small dome"

@@ -7,8 +7,7 @@ from planner.calibration import load_calibration
 from planner.errors import InputError
 from scenes.checkpoint import inputs_digest, load_checkpoint, save_checkpoint
 from scenes.targets import sphere_cap
-from twin.inverse import InverseOptions
-from twin.inverse.design import Field
+from twin.inverse import Field, InverseOptions
 
 
 def test_what_was_saved_is_loaded(tmp_path, field):

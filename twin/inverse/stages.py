@@ -1,0 +1,271 @@
+"""The stages of an inverse design, each starting from the last one's film."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.interpolate import CubicSpline
+
+from planner.calibration import Calibration
+from planner.program import Machine, Pass
+from planner.target import Target, mesh_outline
+from twin.film import Film, carry, film_from_alignment, outline_of
+from twin.inverse.anchor import Anchor
+from twin.inverse.at_target import FirstDesign, design_at_target
+from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin
+from twin.inverse.field_control import FieldControl
+from twin.inverse.mismatch import Mismatch
+from twin.inverse.noise import noise_worlds
+from twin.inverse.options import InverseOptions
+from twin.inverse.painted import painted_layer
+from twin.inverse.pass_control import PassControl
+from twin.inverse.refine import Control, Refinement
+from twin.inverse.search import STEPS, Search
+from twin.inverse.traced import (
+    TracedLayer,
+    contraction_range,
+    pass_bounds,
+    pass_contraction,
+    trace_layer,
+    with_contraction,
+)
+from twin.inverse.world import World
+from twin.predict import ramp_end
+
+SATURATION = 0.95
+"""Largest contraction of the smooth fields, as a share of the calibration's: room for the passes to correct."""
+FIELD_SMOOTHNESS = 1e-4
+FIELD_DAMPING = 1e-3
+PASS_SMOOTHNESS = 1e-4
+PASS_DAMPING = 1e-4
+PASS_WEIGHTS_PER_MM3 = (1e-5,)
+"""Weight of the anchor for the passes: they start from fields that it has shaped, and the gaps between lines are no
+fault that speeds could mend."""
+OUTLINE_STEP_MM = 0.5
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Field:
+    """A smooth design on its mesh: what one stage hands to the next, enough to go on from."""
+
+    stage: str
+    """Stage that made it, `coarse` or `middle`."""
+    outline_mm: np.ndarray
+    """Cut line of the flat film [mm], shape [k, 2]."""
+    flat_mm: np.ndarray
+    """Vertices of the flat film [mm], shape [n, 2]."""
+    triangles: np.ndarray
+    """Vertex indices, shape [m, 3]."""
+    u: np.ndarray
+    """Variables of a `FieldControl`, shape [fields, n, 2]."""
+    vertices_mm: np.ndarray
+    """Its equilibrium [mm], shape [n, 3]."""
+    anchor_mm: np.ndarray
+    """Where the vertices would be on the target [mm], shape [n, 3]."""
+    weight_per_mm3: float
+    """Weight of the anchor that the design was found with."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class DesignedPasses:
+    """The passes of each layer, and the shape that they were designed to have."""
+
+    layers: tuple[tuple[Pass, ...], ...]
+    flat_mm: np.ndarray
+    """Vertices of the flat film [mm], shape [n, 2]."""
+    vertices_mm: np.ndarray
+    """Mid-surface [mm], shape [n, 3]."""
+
+
+class Stages:
+    """The stages for one target, calibration and set of options."""
+
+    def __init__(self, target: Target, calibration: Calibration, options: InverseOptions, search: Search) -> None:
+        """Prepare; `search` is told of every step."""
+        self._target, self._calibration, self._options, self._search = target, calibration, options, search
+        self._thickness = np.array(options.layer_thickness_mm)
+        self._activation = ramp_end(options.heated)
+        self._line_width_mm = options.heated.film.line_width_mm or options.line_width_mm
+        self.largest = contraction_range(calibration)[1]
+
+    def at_target(self, target: Target, *, thickness: float = 1.0, contraction: float = 1.0) -> FirstDesign:
+        """Return the first design for a target, with factors on the layers' thickness and the largest contraction."""
+        return design_at_target(
+            target,
+            edge_mm=_edge_mm(target.outline_mm, self._options.coarse_triangles),
+            layer_thickness_mm=thickness * self._thickness,
+            largest=contraction * SATURATION * self.largest,
+            stack=self._options.stack,
+            activation=self._activation,
+            seed=self._options.seed,
+        )
+
+    def coarse(self) -> Field:
+        """Design at the target, then through the equilibrium, in the basin that the ramp from flat finds."""
+        first = self.at_target(self._target)
+        flat, triangles = first.flat_mm, first.triangles
+        control = self._control(triangles, len(flat))
+        worlds = self._worlds(flat, triangles, control, first.u)
+        refinement = Refinement(
+            worlds, control, self._anchor(first.vertices_mm, flat, triangles), weight_per_mm3=WEIGHTS_PER_MM3[0]
+        )
+        go_on = self._search.watcher("coarse", triangles)
+        try:
+            design = refinement.design(first.u, [worlds[0].ramp(control.q(first.u))])
+            go_on(design)
+            design = descend_in_basin(
+                refinement, worlds[0], design, weights_per_mm3=WEIGHTS_PER_MM3, steps=STEPS["coarse"], go_on=go_on
+            )
+        finally:
+            _close(worlds)
+        return Field(
+            stage="coarse",
+            outline_mm=_smooth_loop(outline_of(self._film(flat, triangles, design.q))),
+            flat_mm=flat,
+            triangles=triangles,
+            u=design.p,
+            vertices_mm=design.nominal.vertices_mm,
+            anchor_mm=first.vertices_mm,
+            weight_per_mm3=refinement.weight_per_mm3,
+        )
+
+    def middle(self, coarse: Field) -> Field:
+        """Refine a coarse design on a finer mesh."""
+        flat, triangles = self._mesh(coarse.outline_mm, self._options.middle_triangles)
+        carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, coarse.anchor_mm, *coarse.u)), flat)
+        start_mm, anchor_mm = carried[:, :3], carried[:, 3:6]
+        u = np.stack(np.split(carried[:, 6:], len(coarse.u), axis=1))
+        control = self._control(triangles, len(flat))
+        worlds = self._worlds(flat, triangles, control, u)
+        anchor = self._anchor(anchor_mm, flat, triangles)
+        refinement = Refinement(worlds, control, anchor, weight_per_mm3=coarse.weight_per_mm3)
+        go_on = self._search.watcher("middle", triangles)
+        try:
+            design = descend(refinement, refinement.design(u, [start_mm]), steps=STEPS["middle"], go_on=go_on)
+        finally:
+            _close(worlds)
+        return Field(
+            stage="middle",
+            outline_mm=coarse.outline_mm,
+            flat_mm=flat,
+            triangles=triangles,
+            u=design.p,
+            vertices_mm=design.nominal.vertices_mm,
+            anchor_mm=anchor_mm,
+            weight_per_mm3=coarse.weight_per_mm3,
+        )
+
+    def lines(self, field: Field, machine: Machine) -> tuple[TracedLayer, ...]:
+        """Trace each layer's field with passes that a machine can scratch in its time."""
+        fields = self._control(field.triangles, len(field.flat_mm)).vertex_q(field.u)
+
+        def trace(index: int) -> TracedLayer:
+            return trace_layer(
+                field.flat_mm,
+                field.triangles,
+                fields[index],
+                self._calibration,
+                machine=machine,
+                index=index,
+                layers=len(fields),
+                line_width_mm=self._line_width_mm,
+                seed=self._options.seed,
+            )
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            return tuple(pool.map(trace, range(len(fields))))
+
+    def passes(self, field: Field, traced: tuple[TracedLayer, ...]) -> DesignedPasses:
+        """Optimise the speeds along traced passes, through the film that they really make."""
+        outline = field.outline_mm
+        flat, triangles = self._mesh(outline, self._options.pass_triangles)
+        bounds = outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0
+
+        def paint(layer: TracedLayer) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+            post = self._options.heated.film
+            return painted_layer(layer.passes, self._calibration, flat[triangles], bounds, post, self._line_width_mm)
+
+        with ThreadPoolExecutor(os.cpu_count()) as pool:
+            painted = list(pool.map(paint, traced))
+        ranges = [pass_bounds(layer.passes, self._calibration) for layer in traced]
+        control = PassControl(
+            painted,
+            [[len(stroke.speed_mm_s) for stroke in layer.passes] for layer in traced],
+            np.concatenate([low for low, _ in ranges]),
+            np.concatenate([high for _, high in ranges]),
+            smoothness=PASS_SMOOTHNESS,
+            damping=PASS_DAMPING,
+        )
+        p = control.start(np.concatenate([pass_contraction(layer.passes, self._calibration) for layer in traced]))
+        worlds = self._worlds(flat, triangles, control, p)
+        carried = carry(field.flat_mm, np.hstack((field.vertices_mm, field.anchor_mm)), flat)
+        anchor = self._anchor(carried[:, 3:], flat, triangles)
+        refinement = Refinement(worlds, control, anchor, weight_per_mm3=PASS_WEIGHTS_PER_MM3[0])
+        go_on = self._search.watcher("passes", triangles)
+        try:
+            start = refinement.design(p, [carried[:, :3]])
+            design = descend_in_basin(
+                refinement, worlds[0], start, weights_per_mm3=PASS_WEIGHTS_PER_MM3, steps=STEPS["passes"], go_on=go_on
+            )
+        finally:
+            _close(worlds)
+        counts = np.cumsum([len(low) for low, _ in ranges])[:-1]
+        layers = tuple(
+            with_contraction(layer.passes, own, self._calibration)
+            for layer, own in zip(traced, np.split(control.contraction(design.p), counts), strict=True)
+        )
+        return DesignedPasses(layers=layers, flat_mm=flat, vertices_mm=design.nominal.vertices_mm)
+
+    def ideal_film(self, field: Field) -> Film:
+        """Return the film that would have learned a smooth field exactly, without passes."""
+        control = self._control(field.triangles, len(field.flat_mm))
+        return self._film(field.flat_mm, field.triangles, control.q(field.u))
+
+    def _film(self, flat_mm: np.ndarray, triangles: np.ndarray, q: np.ndarray) -> Film:
+        return film_from_alignment(flat_mm, triangles, q, layer_thickness_mm=self._thickness)
+
+    def _mesh(self, outline_mm: np.ndarray, triangles: int) -> tuple[np.ndarray, np.ndarray]:
+        return mesh_outline(outline_mm, _edge_mm(outline_mm, triangles))
+
+    def _control(self, triangles: np.ndarray, count: int) -> FieldControl:
+        return FieldControl(
+            triangles,
+            count,
+            layers=len(self._thickness),
+            stack=self._options.stack,
+            largest=SATURATION * self.largest,
+            smoothness=FIELD_SMOOTHNESS,
+            damping=FIELD_DAMPING,
+        )
+
+    def _anchor(self, vertices_mm: np.ndarray, flat_mm: np.ndarray, triangles: np.ndarray) -> Anchor:
+        return Anchor(vertices_mm, flat_mm, triangles, self._thickness, self._activation)
+
+    def _worlds(self, flat_mm: np.ndarray, triangles: np.ndarray, control: Control, p: np.ndarray) -> list[World]:
+        """Return the nominal film, and for a robust design others that noise has made."""
+        options = self._options
+        film, mismatch = self._film(flat_mm, triangles, control.q(p)), Mismatch(self._target, triangles)
+        noise = noise_worlds(film, options.noise, seed=options.seed) if options.robust else ()
+        return [World(film, mismatch, options.heated, distortion) for distortion in (None, *noise)]
+
+
+def _close(worlds: list[World]) -> None:
+    for world in worlds:
+        world.newton.close()
+
+
+def _smooth_loop(loop_mm: np.ndarray) -> np.ndarray:
+    """Return a closed line through the points of another, smooth, its points OUTLINE_STEP_MM apart."""
+    closed = np.vstack((loop_mm, loop_mm[:1]))
+    along = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))))
+    spline = CubicSpline(along, closed, bc_type="periodic")
+    return spline(np.linspace(0.0, along[-1], int(along[-1] / OUTLINE_STEP_MM) + 1)[:-1])
+
+
+def _edge_mm(outline_mm: np.ndarray, triangles: int) -> float:
+    """Return the edge length that fills an outline with about so many triangles."""
+    x, y = outline_mm.T
+    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    return float(np.sqrt(4.0 / np.sqrt(3.0) * area / triangles))
