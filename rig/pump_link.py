@@ -7,10 +7,10 @@ from planner.errors import RigError
 from rig.dialects.new_era import Alarm, PumpError, Reply, ReplyParser, encode, packet
 from rig.transport import Transport
 
-REPLY_S: Final = 0.5
-"""Longest wait for an answer [s]; the pump needs some 10 ms, a USB adapter 16 ms."""
+REPLY_S: Final = 0.6
+"""Longest wait for an answer [s]; the pump needs some 10 ms, and after 0.5 s it drops an unfinished packet."""
 QUIET_S: Final = 0.1
-"""Silence [s] after which nothing late is expected. With REPLY_S above the pump's 0.5 s for unfinished packets."""
+"""Silence [s] after which nothing late is expected."""
 TRIES: Final = 5
 
 _REFUSALS: Final = {
@@ -89,7 +89,8 @@ class PumpLink:
         """
         found = ""
         for _ in range(TRIES):
-            if _bare(found := self.ask(name).data) == _bare(wanted):
+            # Asked twice, since an answer of the basic mode may be damaged, and a new diameter clears the counters.
+            if any(_bare(found := self.ask(name).data) == _bare(wanted) for _ in range(2)):
                 return
             self.ask(name + argument)
         raise RigError(f"pump: {name} stays {found} where {wanted} was set; check that nobody works on its keys")

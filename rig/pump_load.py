@@ -101,8 +101,8 @@ class PumpLoad:
             return
         identity = self._link.open()
         fresh = self._counters is None
-        if self._link.ask("DIS").status in PUMPING and fresh:
-            self._unknown = "the pump was already pumping when it was connected"
+        if fresh and self._link.ask("DIS").status is not Status.STOPPED:
+            self._unknown = "the pump was in the middle of a dose when it was connected"
         self._halt()
         # Phase 2 ends the program; a pump that comes back from a power failure must not go on by itself, and one
         # that does not know the command never does.
@@ -139,6 +139,7 @@ class PumpLoad:
         self._link.ensure("DIR", direction, direction)
         units = volume_units(self._link.ask("VOL").data)
         volume = volume_argument(abs(change_ml), units)
+        self._link.ask("VOL" + volume)  # even if it seems to be set, since that answer may be damaged
         self._link.ensure("VOL", volume, volume + units)
         self._ready()  # the pump may have been reset meanwhile
         if self._audit() is not Status.STOPPED:
@@ -193,9 +194,9 @@ class PumpLoad:
         Raises:
             RigError: if the pump does not confirm that it stands still.
         """
-        self._link.say_once("STP")
         if not self.identity:
             self.connect()
+        self._link.say_once("STP")
         self._halt()
         self._dose = None
 

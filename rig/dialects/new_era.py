@@ -110,7 +110,7 @@ def number(value: float) -> str:
     """
     for decimals in (3, 2, 1, 0):
         text = f"{value:.{decimals}f}"
-        if value >= 0 and sum(map(str.isdigit, text)) <= 4:
+        if 0 <= value < 1e4 and sum(map(str.isdigit, text)) <= 4:
             return text
     raise InputError(f"pump: the number {value:g} cannot be sent, allowed is 0 to 9999; choose another value")
 
