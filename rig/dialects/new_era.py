@@ -19,6 +19,8 @@ SAFE_FRAME: Final = 4
 """Bytes of a safe packet beside its data, without STX: length, two of CRC, ETX."""
 LONGEST_REPLY: Final = 64
 """Bytes; the longest reply of the manual has 19 characters."""
+SPEED_MM_MIN: Final = (0.0007, 51.005)
+"""Slowest and fastest plunger of an NE-1000 [mm/min], by chapter 12.5 of its manual."""
 
 _NUMBER = r"(?=[.\d]*\d)\d{0,4}\.?\d{0,3}"
 _REPLY = re.compile(r"(\d\d)(?:([IWSPTUX])(?:\?(NA|OOR|COM|IGN|)|([^?]*))|A\?([RSTEO]))", re.ASCII)

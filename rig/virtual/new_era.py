@@ -9,8 +9,8 @@ from collections.abc import Callable
 from math import inf
 from typing import Final
 
-from rig.dialects.new_era import ETX, SAFE_FRAME, STX, Alarm, packet
-from rig.virtual.plunger import DIRECTIONS, RATE_ML_MIN, SPEED_MM_MIN, Phase, Plunger
+from rig.dialects.new_era import ETX, SAFE_FRAME, SPEED_MM_MIN, STX, Alarm, packet
+from rig.virtual.plunger import DIRECTIONS, RATE_ML_MIN, Phase, Plunger
 
 ANSWER_S: Final = 0.01
 INTER_BYTE_S: Final = 0.5

@@ -3,7 +3,7 @@
 The plunger keeps a constant speed between events and the water follows with a lag, so time is passed exactly, from
 event to event, without steps.
 
-Source: NE-1000 user manual, chapters 5 (pumping) and 12.5 (speeds).
+Source: NE-1000 user manual, chapter 5 (pumping).
 """
 
 from dataclasses import dataclass
@@ -12,8 +12,6 @@ from typing import Final
 
 RATE_ML_MIN: Final = {"MM": 1.0, "UM": 1e-3, "MH": 1 / 60, "UH": 1e-3 / 60}
 DIRECTIONS: Final = {"INF": 1, "WDR": -1}
-SPEED_MM_MIN: Final = (0.0007, 51.005)
-"""Slowest and fastest plunger [mm/min]."""
 STEP_MM: Final = 0.00021
 """Plunger's step [mm]."""
 UL_UP_TO_MM: Final = 14.0

@@ -1,0 +1,87 @@
+"""The rig's file: what is read, and that all mistakes are told at once."""
+
+from pathlib import Path
+
+import pytest
+
+from planner.errors import InputError
+from planner.program import load_machine
+from planner.program.machine import PAPER_MACHINE
+from rig.machine_file import SIMULATED_RIG, load_rig
+from rig.pump_load import PumpLoad
+from rig.transport import SimulatedTransport, VirtualClock
+from rig.virtual.new_era import VirtualPump
+
+
+def edited(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = SIMULATED_RIG.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "RIG.toml"
+    path.write_text(text)
+    return path
+
+
+def problems(path: Path) -> tuple[str, ...]:
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    return caught.value.problems
+
+
+def test_the_example_is_the_papers_machine_and_its_pump_can_be_driven() -> None:
+    rig = load_rig()
+    assert rig.machine == load_machine()
+    assert rig.file.lamp == "simulated"
+    pump = VirtualPump()
+    load = PumpLoad(SimulatedTransport(pump, VirtualClock()), rig.pump_setup())
+    load.set_load(rig.machine.pump.load_g_max)
+    load.wait_settled(60.0)
+    assert pump.safe_s == 30
+    assert pump.plunger.moved_ml == pytest.approx(6.5, abs=0.001)
+
+
+def test_basic_mode_has_no_watchdog(tmp_path: Path) -> None:
+    assert load_rig(edited(tmp_path, ('mode = "safe"', 'mode = "basic"'))).pump_setup().watchdog_s == 0
+
+
+def test_all_mistakes_are_told_at_once(tmp_path: Path) -> None:
+    found = problems(
+        edited(
+            tmp_path,
+            ('lamp = "simulated"', 'lamp = "wired"'),
+            ("address = 0", "address = 100"),
+            ("watchdog_s = 30", "watchdog_s = 5"),
+            ("hot_air_needs_lifted_post", "hot_air_needs_luck"),
+            ('[stage]\ntransport = "simulated"', '[stage]\ntransport = "serial"'),
+            ("baud = 19200", 'baud = "fast"'),
+        )
+    )
+    text = "\n".join(found)
+    assert len(found) == 6
+    for place in ("lamp", "pump.address", "pump.watchdog_s", "interlocks.hot_air_needs_luck", "stage", "pump.baud"):
+        assert f"RIG.toml: {place}: " in text
+    assert "port is missing" in text
+
+
+def test_mistakes_between_the_parts(tmp_path: Path) -> None:
+    machine = tmp_path / "wide.toml"
+    machine.write_text(PAPER_MACHINE.read_text().replace("syringe_ml = 10.0", "syringe_ml = 5.0"))
+    found = problems(
+        edited(
+            tmp_path,
+            ('machine = "paper" ', 'machine = "wide.toml" '),
+            ('transport = "simulated"', 'transport = "serial"'),
+            ("# port", "port"),
+            ("syringe_diameter_mm = 15.9", "syringe_diameter_mm = 14.43"),
+        )
+    )
+    assert len(found) == 3
+    assert "the stage's port too" in found[0]
+    assert "8.341 mL/min" in found[1]
+    assert "pump.syringe_ml = 5" in found[2]
+
+
+def test_a_machine_that_is_not_there(tmp_path: Path) -> None:
+    (problem,) = problems(edited(tmp_path, ('machine = "paper" ', 'machine = "gone.toml" ')))
+    assert f"{tmp_path / 'gone.toml'}: no such machine file" in problem
