@@ -32,6 +32,7 @@ class PumpLink:
         self._address = address
         self._watchdog_s = watchdog_s
         self._parser = ReplyParser(safe=watchdog_s > 0)
+        self._other_mode = ReplyParser(safe=watchdog_s == 0)
         self._alarms: set[Alarm] = set()
 
     def open(self) -> str:
@@ -40,18 +41,16 @@ class PumpLink:
         Raises:
             RigError: if no New Era pump answers at the address.
         """
-        discarded = self._parser.discarded
+        heard = 0
         for _ in range(TRIES):
             # As a packet, which either mode takes and answers in the new mode. The returns end what the basic mode
             # may still have in its line, and what it makes of a packet if it does not know them.
             self._transport.write(b"\r" + packet(f"{self._address}SAF{self._watchdog_s}".encode("ascii")) + b"\r")
-            self._drain()
+            heard += self._drain()
             if (version := self._exchange("VER")) is not None and version.answers("VER"):
                 return version.data
-        what = (
-            "no New Era pump answers" if self._parser.discarded == discarded else "something else than a pump answers"
-        )
-        raise RigError(f"pump: {what} at address {self._address}; check power, port, baud rate and address")
+        what = f"something answers, but no New Era pump with address {self._address}" if heard else "nothing answers"
+        raise RigError(f"pump: {what}; check power, port, baud rate and address")
 
     def ask(self, command: str) -> Reply:
         """Return the answer to a command that may be given twice; it is repeated until it is answered.
@@ -117,21 +116,30 @@ class PumpLink:
         self._transport.write(encode(command, address=self._address, safe=self._parser.safe))
         end_s = self.clock.now_s() + REPLY_S
         while (left_s := end_s - self.clock.now_s()) > 0:
-            for reply in self._parser.feed(self._transport.read(left_s)):
+            for reply in self._hear(left_s)[1]:
                 if reply.address != self._address:
                     continue
-                if reply.alarm is not None:
-                    self._alarms.add(reply.alarm)
                 if reply.alarm is not None or reply.error is not None or reply.answers(command):
                     return reply
         return None
 
-    def _drain(self) -> None:
-        """Let late bytes go by."""
+    def _drain(self) -> int:
+        """Let late bytes go by, and return how many there were."""
         end_s = self.clock.now_s() + REPLY_S
-        while self._transport.read(QUIET_S) and self.clock.now_s() < end_s:
-            pass
+        count = 0
+        while self.clock.now_s() < end_s and (data := self._hear(QUIET_S)[0]):
+            count += len(data)
         self._parser.forget()
+        return count
+
+    def _hear(self, timeout_s: float) -> tuple[bytes, list[Reply]]:
+        """Read, and note every alarm, which the pump tells only once: in the other mode if it has yet to change it."""
+        data = self._transport.read(timeout_s)
+        replies = self._parser.feed(data)
+        for reply in (*replies, *self._other_mode.feed(data)):
+            if reply.alarm is not None and reply.address == self._address:
+                self._alarms.add(reply.alarm)
+        return data, replies
 
 
 def _bare(value: str) -> str:

@@ -57,6 +57,14 @@ class PumpSetup:
 
 
 @dataclass(frozen=True, kw_only=True)
+class AuditedLoad:
+    """A load and the pump's counters that belong to it; what a later run needs to go on from there."""
+
+    load_g: float
+    counters: Dispensed
+
+
+@dataclass(frozen=True, kw_only=True)
 class _Dose:
     asked_ml: float
     from_ml: float
@@ -68,28 +76,28 @@ class PumpLoad:
     Args:
         transport: line to the pump.
         setup: pump, syringe and limits.
-        load_g: load at the start [g].
-        since: counters that belong to that load, to take up a run that was cut off in the middle of a dose.
+        start: load at the start [g]; or what was last audited, to take up a run that was cut off, perhaps in a dose.
     """
 
-    def __init__(
-        self, transport: Transport, setup: PumpSetup, *, load_g: float = 0.0, since: Dispensed | None = None
-    ) -> None:
+    def __init__(self, transport: Transport, setup: PumpSetup, *, start: float | AuditedLoad = 0.0) -> None:
         self.identity = ""
         """What the pump says that it is, once connected."""
         self._setup = setup
         self._link = PumpLink(transport, address=setup.address, watchdog_s=setup.watchdog_s)
-        self._water_ml = load_g * setup.ml_per_g
-        self._counters = since
-        self._may_have_pumped = since is not None
+        taken_up = isinstance(start, AuditedLoad)
+        self._water_ml = (start.load_g if taken_up else start) * setup.ml_per_g
+        self._counters = start.counters if taken_up else None
+        self._may_have_pumped = taken_up
         self._dose: _Dose | None = None
         self._alarm: Alarm | None = None
         self._unknown: str | None = None
 
     @property
-    def counters(self) -> Dispensed | None:
-        """The pump's counters as last read; together with the load then, what a later run needs to go on."""
-        return self._counters
+    def audited(self) -> AuditedLoad | None:
+        """What the last audit found, without asking the pump; None if there was none or the load is not known."""
+        if self._counters is None or self._unknown is not None:
+            return None
+        return AuditedLoad(load_g=self._water_ml / self._setup.ml_per_g, counters=self._counters)
 
     def connect(self) -> None:
         """Identify the pump, stop it and tell it the syringe; does nothing if that is done.
@@ -101,6 +109,16 @@ class PumpLoad:
             return
         identity = self._link.open()
         fresh = self._counters is None
+        try:
+            self._set_up(fresh=fresh)
+        except RigError:
+            if fresh:  # whatever was counted belongs to no load
+                self._counters = None
+            raise
+        self.identity = identity
+        _log.info("pump: %s at address %d", identity, self._setup.address)
+
+    def _set_up(self, *, fresh: bool) -> None:
         if fresh and self._link.ask("DIS").status is not Status.STOPPED:
             self._unknown = "the pump was in the middle of a dose when it was connected"
         self._halt()
@@ -113,8 +131,6 @@ class PumpLoad:
         if fresh:
             self._counters = None  # a new diameter starts them anew
         self._audit()
-        self.identity = identity
-        _log.info("pump: %s at address %d", identity, self._setup.address)
 
     def set_load(self, load_g: float) -> None:
         """Start pumping the difference between a load [g] and the present one.
@@ -128,9 +144,12 @@ class PumpLoad:
                 f"pump: load_g is {load_g:g}, allowed is 0 to {self._setup.load_g_max:g}; change the Program's loads"
             )
         self._ready()
+        water_ml = load_g * self._setup.ml_per_g
+        if self._dose is not None and abs(self._dose.from_ml + self._dose.asked_ml - water_ml) < SMALLEST_ML:
+            return
         self._halt()
         self._dose = None
-        change_ml = load_g * self._setup.ml_per_g - self._water_ml
+        change_ml = water_ml - self._water_ml
         if abs(change_ml) < SMALLEST_ML:
             return
         self._clear_full_counters(abs(change_ml))
@@ -165,6 +184,9 @@ class PumpLoad:
             clock.sleep(POLL_S)
         self._dose = None
         self._may_have_pumped = False
+        if self._alarm is None and abs(self._water_ml - dose.from_ml) < SMALLEST_ML:
+            # As after a loss of power, should its alarm have been lost as well.
+            raise self._lose("the pump's counters show nothing of a dose that it began")
         if abs(self._water_ml - dose.from_ml - dose.asked_ml) > self._setup.tolerance_ml:
             cause = "something stopped it; look at its keys" if self._alarm is None else _ALARMS[self._alarm]
             raise RigError(f"pump: {self._progress(dose)}: {cause}, then set the load again")
@@ -206,13 +228,14 @@ class PumpLoad:
         Raises:
             RigError: if the pump fails.
         """
-        self._unknown = None
+        self._unknown = self._unknown or "the priming was not finished"
         self._counters = None
         self._dose = None
         self._may_have_pumped = False
         self.connect()
         self._halt()
         self._water_ml = load_g * self._setup.ml_per_g
+        self._unknown = None
 
     def _ready(self) -> None:
         self.connect()
@@ -254,11 +277,14 @@ class PumpLoad:
         counters = self._counters
         if counters is None or max(counters.infused_ml, counters.withdrawn_ml) + dose_ml < COUNTER_ML:
             return
-        zero = Dispensed(infused_ml=0.0, withdrawn_ml=0.0, resolution_ml=0.0)
-        for direction in ("INF", "WDR"):
-            self._link.ask("CLD" + direction)
-        # From here on until the next audit nothing moves, and if something did, it counts from zero.
-        self._counters = zero
+        for _ in range(TRIES):
+            for direction in ("INF", "WDR"):
+                self._link.ask("CLD" + direction)
+            _, now = self._read_counters()
+            if now.infused_ml == now.withdrawn_ml == 0:
+                self._counters = now
+                return
+        raise RigError("pump: it does not clear its counters; check that nobody works on its keys")
 
     def _audit_surely(self) -> Status | None:
         """Audit by an answer that cannot be an old one."""

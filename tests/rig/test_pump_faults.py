@@ -1,8 +1,10 @@
 """No fault of pump or line may double a dose, lose one, or make the told load differ from the true one in silence."""
 
 from collections.abc import Iterator
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from itertools import cycle, islice
+from math import inf
 
 import pytest
 
@@ -88,6 +90,23 @@ def test_a_brown_out_during_a_dose_makes_the_load_unknown_until_it_is_primed(mod
 
 
 @pytest.mark.parametrize("mode", MODES)
+def test_a_run_killed_in_its_first_dose_before_a_brown_out_is_not_taken_up(mode: str) -> None:
+    # The counters are zero before and after, so that only the alarm tells.
+    load, pump, line = rig(mode)
+    load.connect()
+    known = load.audited
+    load.set_load(3.0)
+    line.clock.sleep(5.0)
+    pump.brown_out(line.clock.now_s())
+    line.clock.sleep(5.0)
+    assert known is not None
+    assert known.counters.net_ml == 0
+    again = PumpLoad(line, setup(mode), start=known)
+    with pytest.raises(RigError, match="lost its power"):
+        again.load_g()
+
+
+@pytest.mark.parametrize("mode", MODES)
 def test_a_brown_out_between_doses_is_harmless(mode: str) -> None:
     load, pump, line = rig(mode)
     change(load, 2.0)
@@ -130,7 +149,7 @@ def test_water_moved_on_the_keys_is_counted(mode: str) -> None:
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize(
     ("rate_ml_min", "address", "sentence"),
-    [(12.0, 0, "at RAT12.00MM .* out of range"), (10.0, 4, "no New Era pump answers at address 4")],
+    [(12.0, 0, "at RAT12.00MM .* out of range"), (10.0, 4, "something answers, but no New Era pump with address 4")],
 )
 def test_wrong_rate_or_address(mode: str, rate_ml_min: float, address: int, sentence: str) -> None:
     pump = VirtualPump()
@@ -167,7 +186,20 @@ class Grbl:
 
 def test_another_device_on_the_port() -> None:
     load = PumpLoad(SimulatedTransport(Grbl(), VirtualClock()), setup("basic"))
-    with pytest.raises(RigError, match="something else than a pump answers"):
+    with pytest.raises(RigError, match="something answers, but no New Era pump"):
+        load.connect()
+
+
+class Nobody(Grbl):
+    """Nothing on the port."""
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        pass
+
+
+def test_nothing_on_the_port() -> None:
+    load = PumpLoad(SimulatedTransport(Nobody(), VirtualClock()), setup("safe"))
+    with pytest.raises(RigError, match="nothing answers; check power"):
         load.connect()
 
 
@@ -191,28 +223,34 @@ def faults(step: int, kinds_each: int) -> Iterator[tuple[str, Fault]]:
             yield from ((mode, replace(kind, way="in", at=at)) for kind in islice(kinds, kinds_each))
 
 
-def check_doses(mode: str, fault: Fault) -> bool:
-    """Run two loads over a faulty line; return whether the run went through."""
-    load, pump, _ = rig(mode, fault)
+def check_doses(mode: str, fault: Fault, brown_out_at_ml: float = inf) -> bool:
+    """Run two loads over a faulty line, and perhaps a brown-out; return whether the run went through."""
+    load, pump, line = rig(mode, fault)
+    pump.brown_out_at_ml = brown_out_at_ml
+    went_through = True
     try:
         for load_g in LOADS_G:
             change(load, load_g)
     except RigError:
         went_through = False
     else:
-        went_through = True
         assert pump.plunger.moved_ml == pytest.approx(LOADS_G[-1], abs=CLOSE_ML), fault
         assert pump.plunger.runs == len(LOADS_G), fault
-    # Whoever takes it up, on the same line or on a new one, learns the true load and pumps the rest.
-    line = SimulatedTransport(pump, VirtualClock())
-    line.clock.advance_to(load._link.clock.now_s() + 60.0)
-    since = load.counters
-    if went_through or since is None:
-        return went_through
-    again = PumpLoad(line, setup(mode), load_g=load._water_ml, since=since)
-    change(again, 0.2)
-    assert pump.plunger.moved_ml == pytest.approx(0.2, abs=CLOSE_ML), fault
+    # Whoever takes it up on a new line learns the true load and pumps the rest, or learns that it is not known.
+    clock = VirtualClock()
+    clock.advance_to(line.clock.now_s() + 60.0)
+    if (known := load.audited) is not None:
+        again = PumpLoad(SimulatedTransport(pump, clock), setup(mode), start=known)
+        with nullcontext() if brown_out_at_ml == inf else suppress(RigError):
+            change(again, 0.2)
+            assert pump.plunger.moved_ml == pytest.approx(0.2, abs=CLOSE_ML), fault
     return went_through
+
+
+@pytest.mark.parametrize("brown_out_at_ml", [0.001, 0.15, 0.4])
+def test_faults_on_bytes_of_the_line_around_a_brown_out(brown_out_at_ml: float) -> None:
+    for mode, fault in faults(31, 1):
+        assert not check_doses(mode, fault, brown_out_at_ml)
 
 
 def test_faults_on_bytes_of_the_line() -> None:

@@ -5,7 +5,7 @@ import pytest
 from planner.errors import InputError, RigError
 from rig.devices import PostLoad
 from rig.dialects.new_era import Alarm, Dispensed
-from rig.pump_load import PumpLoad, PumpSetup
+from rig.pump_load import AuditedLoad, PumpLoad, PumpSetup
 from rig.transport import Clock, SimulatedTransport, Transport, VirtualClock
 from rig.virtual.new_era import VirtualPump
 
@@ -124,6 +124,14 @@ def test_stop_leaves_the_load_as_it_is_and_the_next_dose_is_the_rest() -> None:
     assert pump.plunger.moved_ml == pytest.approx(3.0, abs=0.001)
 
 
+def test_the_same_load_again_leaves_the_dose_alone() -> None:
+    pump = VirtualPump()
+    load, _ = rig(pump)
+    load.set_load(3.0)
+    change(load, 3.0)
+    assert pump.plunger.runs == 1
+
+
 def test_a_new_load_replaces_one_that_is_being_pumped() -> None:
     pump = VirtualPump()
     load, line = rig(pump)
@@ -199,10 +207,12 @@ def test_a_run_cut_off_in_a_dose_is_taken_up_by_its_counters(killed_after_s: flo
     line = SimulatedTransport(pump, VirtualClock())
     first = PumpLoad(line, PAPER)
     change(first, 1.0)
-    known_g, since = first.load_g(), first.counters
+    first.load_g()
+    known = first.audited
+    assert known is not None
     first.set_load(5.0)
     line.clock.sleep(killed_after_s)
-    again = PumpLoad(line, PAPER, load_g=known_g, since=since)
+    again = PumpLoad(line, PAPER, start=known)
     again.connect()
     assert again.load_g() == pytest.approx(pump.plunger.moved_ml, abs=0.001)
     change(again, 5.0)
@@ -210,11 +220,11 @@ def test_a_run_cut_off_in_a_dose_is_taken_up_by_its_counters(killed_after_s: flo
 
 
 def test_counters_that_cannot_belong_to_the_run_are_refused() -> None:
-    since = Dispensed(infused_ml=3.0, withdrawn_ml=0.0, resolution_ml=0.001)
+    known = AuditedLoad(load_g=3.0, counters=Dispensed(infused_ml=3.0, withdrawn_ml=0.0, resolution_ml=0.001))
     for alarm in (None, Alarm.RESET):
         pump = VirtualPump()
         pump.alarm = alarm
-        load = PumpLoad(SimulatedTransport(pump, VirtualClock()), PAPER, load_g=3.0, since=since)
+        load = PumpLoad(SimulatedTransport(pump, VirtualClock()), PAPER, start=known)
         with pytest.raises(RigError, match="the load is not known"):
             load.connect()
         load.prime(2.0)
