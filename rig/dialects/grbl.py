@@ -144,7 +144,7 @@ def _status(text: str) -> Status | None:
         return None
     first, *fields = text[1:-1].split("|")
     state = _STATE.fullmatch(first)
-    values = dict(field.partition(":")[::2] for field in fields)
+    values = {name: value for name, _, value in (field.partition(":") for field in fields)}
     machine, work = (parse_axes(values[name]) if name in values else None for name in ("MPos", "WPos"))
     buffers = _BUFFERS.fullmatch(values.get("Bf", "0,0"))
     feed = re.fullmatch(rf"({_NUMBER})(?:,.*)?", values.get("FS", values.get("F", "0")))

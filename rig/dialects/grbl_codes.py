@@ -30,7 +30,6 @@ _ALARMS = {
     8: "homing could not leave a limit switch",
     9: "homing found no limit switch",
 }
-_POSITION_KEPT = frozenset((2,))
 
 
 def error_meaning(number: int) -> str:
@@ -41,8 +40,3 @@ def error_meaning(number: int) -> str:
 def alarm_meaning(number: int) -> str:
     """Return what `ALARM:N` means."""
     return f"alarm {number}: {_ALARMS.get(number, 'not in the list of Grbl 1.1')}"
-
-
-def keeps_position(alarm: int) -> bool:
-    """Return whether the controller still knows where it is after an alarm."""
-    return alarm in _POSITION_KEPT

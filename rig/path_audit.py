@@ -1,0 +1,81 @@
+"""Positions that a stage reports, compared with where it was told to go."""
+
+from itertools import pairwise
+from math import dist, sqrt
+
+from planner.errors import RigError
+from rig.dialects.grbl_settings import Axes
+
+REPORT_MM = 0.001
+"""Positions are reported with three decimals and sent with four [mm]."""
+WINDOW = 2000
+"""Points ahead that are looked at: many more than a stage can pass between two reports."""
+
+
+class PathAudit:
+    """Path of a stage in machine positions; what was passed is forgotten."""
+
+    def __init__(self, *, step_mm: Axes) -> None:
+        """Audit a stage with such steps [mm]."""
+        self._half = tuple(step / 2 for step in step_mm)
+        # On the way the controller rounds each axis to a step, and to another one between two of the longest axis.
+        self._tolerance = 1.5 * sqrt(sum(step * step for step in step_mm)) + REPORT_MM
+        self._path: list[Axes] = [(0.0, 0.0, 0.0)]
+
+    @property
+    def end_mm(self) -> Axes:
+        """Where the path ends so far [mm]."""
+        return self._path[-1]
+
+    def begin(self, position_mm: Axes) -> None:
+        """Start a path at a position [mm]."""
+        self._path = [position_mm]
+
+    def extend(self, position_mm: Axes) -> None:
+        """Add a straight move to a position [mm]."""
+        self._path.append(position_mm)
+
+    def on_path(self, position_mm: Axes) -> None:
+        """Compare a position on the way with the rest of the path [mm].
+
+        Raises:
+            RigError: if it is not on it.
+        """
+        nearest = dist(self._path[0], position_mm)
+        for passed, (start, end) in enumerate(pairwise(self._path[:WINDOW])):
+            nearest = min(nearest, _distance(position_mm, start, end))
+            if nearest <= self._tolerance:
+                del self._path[:passed]
+                return
+        if nearest > self._tolerance:
+            raise RigError(
+                f"The stage was seen at {_shown(position_mm)}, {nearest:.3f} mm off its path (allowed are"
+                f" {self._tolerance:.3f}): check the cable for noise, then home."
+            )
+
+    def at_end(self, position_mm: Axes) -> None:
+        """Compare a position after all moves with the end of the path, to half a step [mm].
+
+        Raises:
+            RigError: if it is not there.
+        """
+        planned = self._path[-1]
+        if any(abs(a - b) > half + REPORT_MM for a, b, half in zip(position_mm, planned, self._half, strict=True)):
+            raise RigError(
+                f"The stage ended at {_shown(position_mm)} and should be at {_shown(planned)} (allowed is half a step):"
+                " check the cable for noise, then home."
+            )
+        self._path = [planned]
+
+
+def _distance(point: Axes, start: Axes, end: Axes) -> float:
+    """Return how far a point is from a straight move [mm]."""
+    way = [b - a for a, b in zip(start, end, strict=True)]
+    square = sum(part * part for part in way)
+    along = sum((c - a) * part for c, a, part in zip(point, start, way, strict=True)) / square if square else 0.0
+    part = min(1.0, max(0.0, along))
+    return dist(point, [a + part * step for a, step in zip(start, way, strict=True)])
+
+
+def _shown(position: Axes) -> str:
+    return "({:.3f}, {:.3f}, {:.3f}) mm of the machine".format(*position)
