@@ -14,20 +14,18 @@ from rig.dialects.new_era import (
     Alarm,
     Dispensed,
     Status,
-    dispensed,
     number,
     volume_argument,
     volume_ml,
     volume_units,
 )
+from rig.pump_audit import PumpAudit
 from rig.pump_link import TRIES, PumpLink
 from rig.transport import Transport
 
 POLL_S: Final = 0.5
 SMALLEST_ML: Final = 0.0005
 """Doses below half a step of the counters are left out [mL]."""
-COUNTER_ML: Final = 9.9
-"""Volume [mL] up to which the counters keep their step of 1 uL."""
 PUMPING: Final = frozenset({Status.INFUSING, Status.WITHDRAWING, Status.PURGING, Status.TIMED_PAUSE, Status.WAITING})
 
 _ALARMS: Final = {
@@ -84,20 +82,26 @@ class PumpLoad:
         """What the pump says that it is, once connected."""
         self._setup = setup
         self._link = PumpLink(transport, address=setup.address, watchdog_s=setup.watchdog_s)
-        taken_up = isinstance(start, AuditedLoad)
-        self._water_ml = (start.load_g if taken_up else start) * setup.ml_per_g
-        self._counters = start.counters if taken_up else None
-        self._may_have_pumped = taken_up
+        self._audit = PumpAudit(
+            self._link,
+            rate_ml_min=setup.rate_ml_min,
+            slack_ml=setup.tolerance_ml,
+            trusting=setup.watchdog_s > 0,
+        )
+        if isinstance(start, AuditedLoad):
+            self._audit.water_ml = start.load_g * setup.ml_per_g
+            self._audit.counters = start.counters
+            self._audit.may_have_pumped = True
+        else:
+            self._audit.water_ml = start * setup.ml_per_g
         self._dose: _Dose | None = None
-        self._alarm: Alarm | None = None
-        self._unknown: str | None = None
 
     @property
     def audited(self) -> AuditedLoad | None:
         """What the last audit found, without asking the pump; None if there was none or the load is not known."""
-        if self._counters is None or self._unknown is not None:
+        if self._audit.counters is None or self._audit.unknown is not None:
             return None
-        return AuditedLoad(load_g=self._water_ml / self._setup.ml_per_g, counters=self._counters)
+        return AuditedLoad(load_g=self._audit.water_ml / self._setup.ml_per_g, counters=self._audit.counters)
 
     def connect(self) -> None:
         """Identify the pump, stop it and tell it the syringe; does nothing if that is done.
@@ -105,22 +109,23 @@ class PumpLoad:
         Raises:
             RigError: if it is no such pump, does not take its settings, or the load is not known any more.
         """
-        if self.identity:
+        if self.identity and not self._audit.was_reset:
             return
         identity = self._link.open()
-        fresh = self._counters is None
+        fresh = self._audit.counters is None
         try:
             self._set_up(fresh=fresh)
         except RigError:
             if fresh:  # whatever was counted belongs to no load
-                self._counters = None
+                self._audit.counters = None
             raise
         self.identity = identity
+        self._audit.was_reset = False
         _log.info("pump: %s at address %d", identity, self._setup.address)
 
     def _set_up(self, *, fresh: bool) -> None:
         if fresh and self._link.ask("DIS").status is not Status.STOPPED:
-            self._unknown = "the pump was in the middle of a dose when it was connected"
+            self._audit.unknown = "the pump was in the middle of a dose when it was connected"
         self._halt()
         # Phase 2 ends the program; a pump that comes back from a power failure must not go on by itself, and one
         # that does not know the command never does.
@@ -129,8 +134,8 @@ class PumpLoad:
             self._link.ensure(name, value, value)
         self._ensure_syringe()
         if fresh:
-            self._counters = None  # a new diameter starts them anew
-        self._audit()
+            self._audit.counters = None  # a new diameter starts them anew
+        self._audit.update()
 
     def set_load(self, load_g: float) -> None:
         """Start pumping the difference between a load [g] and the present one.
@@ -149,10 +154,10 @@ class PumpLoad:
             return
         self._halt()
         self._dose = None
-        change_ml = water_ml - self._water_ml
+        change_ml = water_ml - self._audit.water_ml
         if abs(change_ml) < SMALLEST_ML:
             return
-        self._clear_full_counters(abs(change_ml))
+        self._audit.clear_full_counters(abs(change_ml))
         self._ensure_syringe()
         direction = "INF" if change_ml > 0 else "WDR"
         self._link.ensure("DIR", direction, direction)
@@ -161,10 +166,10 @@ class PumpLoad:
         self._link.ask("VOL" + volume)  # even if it seems to be set, since that answer may be damaged
         self._link.ensure("VOL", volume, volume + units)
         self._ready()  # the pump may have been reset meanwhile
-        if self._audit() is not Status.STOPPED:
+        if self._audit.update() is not Status.STOPPED:
             raise RigError("pump: it pumps without having been told to; check that nobody works on its keys")
         asked_ml = volume_ml(volume + units)
-        self._dose = _Dose(asked_ml=asked_ml if change_ml > 0 else -asked_ml, from_ml=self._water_ml)
+        self._dose = _Dose(asked_ml=asked_ml if change_ml > 0 else -asked_ml, from_ml=self._audit.water_ml)
         self._start(self._dose)
 
     def wait_settled(self, deadline_s: float) -> None:
@@ -173,22 +178,23 @@ class PumpLoad:
         Raises:
             RigError: if it takes longer, or another volume than asked for was moved; `load_g` tells which.
         """
+        self._ready()
         if self._dose is None:
-            self._ready()
             return
         clock, dose = self._link.clock, self._dose
         end_s = clock.now_s() + deadline_s
-        while self._audit() in PUMPING or self._audit_surely() in PUMPING:
+        while self._audit.update() in PUMPING or self._audit.update_surely() in PUMPING:
             if clock.now_s() >= end_s:
                 raise RigError(f"pump: {self._progress(dose)} in {deadline_s:g} s; check the rate, then stop the pump")
             clock.sleep(POLL_S)
         self._dose = None
-        self._may_have_pumped = False
-        if self._alarm is None and abs(self._water_ml - dose.from_ml) < SMALLEST_ML:
+        alarm = self._audit.alarm
+        if alarm is None and abs(self._audit.water_ml - dose.from_ml) < SMALLEST_ML:
             # As after a loss of power, should its alarm have been lost as well.
-            raise self._lose("the pump's counters show nothing of a dose that it began")
-        if abs(self._water_ml - dose.from_ml - dose.asked_ml) > self._setup.tolerance_ml:
-            cause = "something stopped it; look at its keys" if self._alarm is None else _ALARMS[self._alarm]
+            raise self._audit.lose("the pump's counters show nothing of a dose that it began")
+        self._audit.end_dose()
+        if abs(self._audit.water_ml - dose.from_ml - dose.asked_ml) > self._setup.tolerance_ml:
+            cause = "something stopped it; look at its keys" if alarm is None else _ALARMS[alarm]
             raise RigError(f"pump: {self._progress(dose)}: {cause}, then set the load again")
         clock.sleep(self._setup.settle_s)
 
@@ -199,8 +205,8 @@ class PumpLoad:
             RigError: if the pump fails, or the load is not known.
         """
         self._ready()
-        self._audit()
-        return self._water_ml / self._setup.ml_per_g
+        self._audit.update()
+        return self._audit.water_ml / self._setup.ml_per_g
 
     def keep_alive(self) -> None:
         """Feed the pump's watchdog, while something else is waited for during a dose.
@@ -216,8 +222,7 @@ class PumpLoad:
         Raises:
             RigError: if the pump does not confirm that it stands still.
         """
-        if not self.identity:
-            self.connect()
+        self.connect()
         self._link.say_once("STP")
         self._halt()
         self._dose = None
@@ -228,19 +233,20 @@ class PumpLoad:
         Raises:
             RigError: if the pump fails.
         """
-        self._unknown = self._unknown or "the priming was not finished"
-        self._counters = None
+        self._audit.unknown = self._audit.unknown or "the priming was not finished"
+        self._audit.counters = None
+        self._audit.end_dose()
         self._dose = None
-        self._may_have_pumped = False
         self.connect()
         self._halt()
-        self._water_ml = load_g * self._setup.ml_per_g
-        self._unknown = None
+        self._audit.water_ml = load_g * self._setup.ml_per_g
+        self._audit.unknown = None
 
     def _ready(self) -> None:
         self.connect()
-        if self._unknown is not None:
-            raise self._load_unknown(self._unknown)
+        if self._audit.unknown is not None:
+            self._dose = None
+            raise self._audit.unknown_error(self._audit.unknown)
 
     def _ensure_syringe(self) -> None:
         diameter = number(self._setup.syringe_diameter_mm)
@@ -250,99 +256,29 @@ class PumpLoad:
 
     def _start(self, dose: _Dose) -> None:
         """Say RUN, and again only if the counters show that it was not heard."""
-        self._may_have_pumped = True
-        self._alarm = None
+        self._audit.begin_dose(dose.from_ml + dose.asked_ml)
         for _ in range(TRIES):
             reply = self._link.say_once("RUN")
             if reply is not None and reply.answers("RUN") and reply.status in PUMPING:
                 return
-            if self._audit_surely() is not Status.STOPPED or abs(self._water_ml - dose.from_ml) > SMALLEST_ML:
+            if self._audit.update_surely() is not Status.STOPPED:
+                return
+            if abs(self._audit.water_ml - dose.from_ml) > SMALLEST_ML:
                 return
             _log.warning("pump: RUN was answered by %s and not heard, by the counters", reply)
         self._dose = None
-        self._may_have_pumped = False
+        self._audit.end_dose()
         raise RigError("pump: it does not start to pump; look at its display")
 
     def _halt(self) -> None:
         """Stop the pump, unless it stands still; the first STP pauses, the second ends."""
         for _ in range(TRIES):
-            if self._audit_surely() is Status.STOPPED:
-                self._may_have_pumped = False
+            if self._audit.update_surely() is Status.STOPPED:
+                self._audit.end_dose()
                 return
             self._link.say_once("STP")
         raise RigError("pump: it does not stop; switch it off")
 
-    def _clear_full_counters(self, dose_ml: float) -> None:
-        """Start the counters anew before they grow so long that the pump tells them in coarser steps."""
-        counters = self._counters
-        if counters is None or max(counters.infused_ml, counters.withdrawn_ml) + dose_ml < COUNTER_ML:
-            return
-        for _ in range(TRIES):
-            for direction in ("INF", "WDR"):
-                self._link.ask("CLD" + direction)
-            _, now = self._read_counters()
-            if now.infused_ml == now.withdrawn_ml == 0:
-                self._counters = now
-                return
-        raise RigError("pump: it does not clear its counters; check that nobody works on its keys")
-
-    def _audit_surely(self) -> Status | None:
-        """Audit by an answer that cannot be an old one."""
-        self._link.synchronise()
-        return self._audit()
-
-    def _audit(self) -> Status | None:
-        """Read the counters, add what was moved to the water, and return what the pump is doing."""
-        status, now = self._read_counters()
-        before = now if self._counters is None else self._counters
-        alarms = self._link.take_alarms()
-        for alarm in alarms - {Alarm.RESET}:
-            _log.log(logging.WARNING if self._dose else logging.INFO, "pump: alarm %s", alarm.name)
-            self._alarm = alarm
-        self._counters = now
-        if Alarm.RESET in alarms:
-            self.identity = ""  # set up anew before the next dose
-            if self._may_have_pumped:
-                raise self._lose("the pump lost its power, and its counters, during a dose")
-            if now.infused_ml == now.withdrawn_ml == 0:
-                before = now
-        slack_ml = self._setup.tolerance_ml
-        if now.infused_ml < before.infused_ml - slack_ml or now.withdrawn_ml < before.withdrawn_ml - slack_ml:
-            raise self._lose("the pump's counters went back")
-        self._water_ml += now.net_ml - before.net_ml
-        return status
-
-    def _read_counters(self) -> tuple[Status | None, Dispensed]:
-        reply = self._link.ask("DIS")
-        now = dispensed(reply.data)
-        if self._setup.watchdog_s:
-            return reply.status, now
-        # Nothing guards the basic mode against a flipped bit: two answers in a row have to agree, but for what the
-        # pump can have moved between them.
-        for _ in range(TRIES):
-            asked_s = self._link.clock.now_s()
-            again = self._link.ask("DIS")
-            before, now = now, dispensed(again.data)
-            moved_ml = self._setup.rate_ml_min / 60 * (self._link.clock.now_s() - asked_s) + now.resolution_ml
-            changes_ml = (now.infused_ml - before.infused_ml, now.withdrawn_ml - before.withdrawn_ml)
-            if again.status is reply.status and all(0 <= change <= 2 * moved_ml for change in changes_ml):
-                return again.status, now
-            reply = again
-        raise RigError("pump: its counters read differently each time; check the cable, or use the safe mode")
-
-    def _lose(self, why: str) -> RigError:
-        if self._dose is not None:
-            ends = sorted((self._water_ml, self._dose.from_ml + self._dose.asked_ml))
-            low, high = (end / self._setup.ml_per_g for end in ends)
-            why += f" (it is between {low:.3f} and {high:.3f} g)"
-        self._unknown = why
-        self._dose = None
-        self._may_have_pumped = False
-        return self._load_unknown(why)
-
-    def _load_unknown(self, why: str) -> RigError:
-        return RigError(f"pump: the load is not known, since {why}; empty or weigh the chamber and prime the load anew")
-
     def _progress(self, dose: _Dose) -> str:
-        moved_ml = self._water_ml - dose.from_ml
+        moved_ml = self._audit.water_ml - dose.from_ml
         return f"{moved_ml:.3f} mL of {dose.asked_ml:.3f} mL were moved"

@@ -77,7 +77,7 @@ def test_a_brown_out_during_a_dose_makes_the_load_unknown_until_it_is_primed(mod
     change(load, 1.0)
     pump.brown_out_at_ml = 1.8
     load.set_load(3.0)
-    with pytest.raises(RigError, match=r"lost its power.*\(it is between 1\.\d+ and 3\.000 g\).*prime"):
+    with pytest.raises(RigError, match=r"lost its power.*\(the chamber holds between 1\.\d+ and 3\.000 mL\).*prime"):
         load.wait_settled(60.0)
     for verb in (load.load_g, lambda: load.set_load(3.0), lambda: load.wait_settled(1.0)):
         with pytest.raises(RigError, match="the load is not known"):
