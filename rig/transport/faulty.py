@@ -67,14 +67,13 @@ class FaultyTransport:
             RigError: if the line is gone.
         """
         self._check()
-        data, self._held = self._held or self._line.read(timeout_s), b""
-        if not data:
-            return b""
-        part, self._held, wait_s = self._spoil("in", data)
-        if not part:
+        while data := self._held or self._line.read(timeout_s):
+            part, self._held, wait_s = self._spoil("in", data)
+            self.clock.sleep(wait_s)
+            if part:
+                return part
             self._check()
-        self.clock.sleep(wait_s)
-        return part
+        return b""
 
     def close(self) -> None:
         """Give the line back; closing twice is harmless."""

@@ -2,6 +2,7 @@
 
 import json
 import logging
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal, TextIO
 
@@ -74,6 +75,8 @@ class LoggedTransport:
             self._file.write(json.dumps(entry) + "\n")
         except OSError as error:
             # Said once: a full disk must not keep the driver from stopping its device.
+            with suppress(OSError):
+                self._file.close()
             self._file = None
             _log.warning("wire log %s ends here: %s", self._path, error)
             raise RigError(
