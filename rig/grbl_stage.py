@@ -138,7 +138,7 @@ class GrblStage:
             while self._line.busy:
                 status = self._line.watch(end_s)
                 if status is not None:
-                    self._audit.on_path(_machine(status))
+                    self._audit.on_path(_machine(status), (status.feed_mm_min or 0.0) / 60)
                 if self._line.busy and self._line.now_s() >= end_s:
                     raise RigError(f"The stage was not done within {allowed:.0f} s: {LATE}.")
             self._verify(self._line.status())
@@ -179,7 +179,7 @@ class GrblStage:
             self._check_reach(target)
         acceleration = min(self._controller.acceleration_mm_s2)
         for (start, _), (target, speed) in pairwise([(self._at, 0.0), *moves]):
-            self._audit.extend(self._machine(target))
+            self._audit.extend(self._machine(target), speed)
             moved = [most for a, b, most in zip(start, target, self._controller.max_speed_mm_s, strict=True) if a != b]
             self._expected_s += move_s(dist(start, target), min(speed, *moved, speed), acceleration)
             flat, level = start[:2] == target[:2], start[2] == target[2]

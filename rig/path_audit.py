@@ -8,6 +8,10 @@ from rig.dialects.grbl_settings import Axes
 
 REPORT_MM = 0.001
 """Positions are reported with three decimals and sent with four [mm]."""
+REPORT_MM_S = 0.02
+"""Speeds are reported in whole mm/min [mm/s]."""
+NEAR = 6
+"""Points ahead whose moves may be under way where two or more of them meet."""
 WINDOW = 2000
 """Points ahead that are looked at: many more than a stage can pass between two reports."""
 
@@ -21,6 +25,7 @@ class PathAudit:
         # On the way the controller rounds each axis to a step, and to another one between two of the longest axis.
         self._tolerance = 1.5 * sqrt(sum(step * step for step in step_mm)) + REPORT_MM
         self._path: list[Axes] = [(0.0, 0.0, 0.0)]
+        self._speeds: list[float] = []
 
     @property
     def end_mm(self) -> Axes:
@@ -29,23 +34,27 @@ class PathAudit:
 
     def begin(self, position_mm: Axes) -> None:
         """Start a path at a position [mm]."""
-        self._path = [position_mm]
+        self._path, self._speeds = [position_mm], []
 
-    def extend(self, position_mm: Axes) -> None:
-        """Add a straight move to a position [mm]."""
+    def extend(self, position_mm: Axes, speed_mm_s: float) -> None:
+        """Add a straight move to a position [mm] at a speed [mm/s]."""
         self._path.append(position_mm)
+        self._speeds.append(speed_mm_s)
 
-    def on_path(self, position_mm: Axes) -> None:
-        """Compare a position on the way with the rest of the path [mm].
+    def on_path(self, position_mm: Axes, speed_mm_s: float = 0.0) -> None:
+        """Compare a position [mm] and a speed [mm/s] on the way with the rest of the path.
+
+        Slower than planned is legal, since the stage speeds up and slows down.
 
         Raises:
-            RigError: if it is not on it.
+            RigError: if it is not on the path, or faster than planned there.
         """
         nearest = dist(self._path[0], position_mm)
         for passed, (start, end) in enumerate(pairwise(self._path[:WINDOW])):
             nearest = min(nearest, _distance(position_mm, start, end))
             if nearest <= self._tolerance:
-                del self._path[:passed]
+                del self._path[:passed], self._speeds[:passed]
+                self._not_faster(position_mm, speed_mm_s)
                 return
         if nearest > self._tolerance:
             raise RigError(
@@ -65,7 +74,16 @@ class PathAudit:
                 f"The stage ended at {_shown(position_mm)} and should be at {_shown(planned)} (allowed is half a step):"
                 " check the cable for noise, then home."
             )
-        self._path = [planned]
+        self._path, self._speeds = [planned], []
+
+    def _not_faster(self, position_mm: Axes, speed_mm_s: float) -> None:
+        near = zip(pairwise(self._path[:NEAR]), self._speeds, strict=False)
+        allowed = [speed for move, speed in near if _distance(position_mm, *move) <= self._tolerance]
+        if speed_mm_s > 1.02 * max(allowed) + REPORT_MM_S:
+            raise RigError(
+                f"The stage moved at {speed_mm_s:g} mm/s where {max(allowed):g} were told: check the cable for noise,"
+                " then home."
+            )
 
 
 def _distance(point: Axes, start: Axes, end: Axes) -> float:

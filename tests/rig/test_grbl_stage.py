@@ -224,3 +224,20 @@ def test_no_fault_ends_in_a_silent_wrong_position(kind, way) -> None:
         fault = Fault(kind=kind, way=way, at=at, bit=at % 8, delay_s=1.0)
         end, device = outcome(fault)
         assert end == "told" or device.true_mm() == pytest.approx((-95, -95.6667, -48), abs=2e-3), fault
+
+
+class Misreader:
+    """Line on which one feed becomes another."""
+
+    def __init__(self, line: Transport) -> None:
+        self._line, self.clock, self.read, self.close = line, line.clock, line.read, line.close
+
+    def write(self, data: bytes) -> None:
+        self._line.write(data.replace(b"F120\n", b"F160\n"))
+
+
+def test_a_feed_that_was_misread_is_seen_on_the_way() -> None:
+    stage = stage_on(Misreader(SimulatedTransport(VirtualGrbl(SETTINGS), VirtualClock())))
+    stage.home()
+    with pytest.raises(RigError, match=r"moved at 2.66667 mm/s where 2 were told"):
+        scratch_one(stage)
