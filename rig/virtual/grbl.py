@@ -6,7 +6,6 @@ and bytes that do not fit into the receive buffer are lost without a word. Left 
 speed, stored start-up lines, the time to parse a line and the time of the bytes on the wire.
 """
 
-from collections import deque
 from collections.abc import Generator
 from math import inf
 from typing import Literal
@@ -14,6 +13,7 @@ from typing import Literal
 from rig.dialects.grbl_settings import Axes, GrblSettings
 from rig.virtual.grbl_gcode import LINE_CHARACTERS, ZERO, Block, Frame, GcodeError, Modes, parse_block, strip_line
 from rig.virtual.grbl_motion import MotionQueue, Steps
+from rig.virtual.grbl_receiver import Receiver
 from rig.virtual.grbl_reports import (
     BANNER,
     LOCK,
@@ -57,15 +57,12 @@ class VirtualGrbl:
         self.numbers = settings.numbers()
         """Settings as `$$` shows them; writing one changes what is shown, not the motion."""
         self.motion = MotionQueue(settings, planner_moves)
-        self.rx_bytes = rx_bytes
         self.homing_alarm = homing_alarm
         self.offset_steps: Steps = self._steps(start_mm)
         """True position less the one the controller believes in [steps]."""
-        self.lost_bytes = 0
-        """Bytes that found the receive buffer full."""
         self._systems: list[Axes] = [ZERO] * 6
         self._out = bytearray()
-        self._rx: deque[int] = deque()
+        self._receiver = Receiver(rx_bytes)
         self._now = 0.0
         self._mishaps: list[tuple[float, Mishap]] = []
         self._restart()
@@ -82,12 +79,9 @@ class VirtualGrbl:
                 self._work()
                 self._real_time(byte)
                 continue
-            if len(self._rx) >= self.rx_bytes:
+            if not self._receiver.free:
                 self._work()
-            if len(self._rx) < self.rx_bytes:
-                self._rx.append(byte)
-            else:
-                self.lost_bytes += 1
+            self._receiver.put(byte)
         self._work()
 
     def send(self, now_s: float) -> bytes:
@@ -103,6 +97,11 @@ class VirtualGrbl:
         return now_s if self._out else self._next_s()
 
     # --- what tests and a simulated film look at
+
+    @property
+    def lost_bytes(self) -> int:
+        """Number of bytes that found the receive buffer full."""
+        return self._receiver.lost_bytes
 
     def true_steps(self) -> Steps:
         """Return where the axes really are in machine positions, at the last time told [steps]."""
@@ -154,7 +153,7 @@ class VirtualGrbl:
     def _work(self) -> None:
         while not self._held:
             if self._program is None:
-                line = self._take_line()
+                line = self._receiver.take_line()
                 if line is None:
                     break
                 self._program, self._line_open = self._run(line), True
@@ -184,17 +183,6 @@ class VirtualGrbl:
                 return True
             case time_s:
                 return self._now >= time_s
-
-    def _take_line(self) -> bytes | None:
-        while self._rx:
-            byte = self._rx.popleft()
-            if byte in b"\r\n":
-                line = bytes(self._line)
-                self._line.clear()
-                return line
-            if len(self._line) <= 4 * LINE_CHARACTERS:
-                self._line.append(byte)
-        return None
 
     def _run(self, raw: bytes) -> Generator[Wait, None, int | None]:
         text = strip_line(raw)
@@ -275,7 +263,7 @@ class VirtualGrbl:
         elif text == "$$":
             self._say(settings_report(self.numbers))
         elif text == "$I":
-            self._say(build_report(self.motion.capacity, self.rx_bytes))
+            self._say(build_report(self.motion.capacity, self._receiver.size))
         elif text == "$#":
             self._say(offsets_report(self._systems, self._shift))
         else:
@@ -393,8 +381,7 @@ class VirtualGrbl:
     def _restart(self) -> None:
         """Forget everything but the settings and where the axes are."""
         self.motion.halt()
-        self._rx.clear()
-        self._line = bytearray()
+        self._receiver.clear()
         self._program: Generator[Wait, None, int | None] | None = None
         self._wait: Wait | None = None
         self._line_open = self._critical = self._deaf = self._cancelling = False
@@ -418,7 +405,7 @@ class VirtualGrbl:
             self._mm(self.motion.position_steps()),
             offset,
             mask=int(self.numbers[10]),
-            free=(self.motion.capacity - len(self.motion.moves), self.rx_bytes - len(self._rx)),
+            free=(self.motion.capacity - len(self.motion.moves), self._receiver.free),
             feed_mm_min=60 * self.motion.speed_mm_s(),
             extra=extra,
         )
