@@ -166,7 +166,8 @@ class PumpLoad:
         self._link.ask("VOL" + volume)  # even if it seems to be set, since that answer may be damaged
         self._link.ensure("VOL", volume, volume + units)
         self._ready()  # the pump may have been reset meanwhile
-        if self._audit.update() is not Status.STOPPED:
+        status = self._audit.update()
+        if status is not Status.STOPPED or abs(water_ml - self._audit.water_ml - change_ml) > SMALLEST_ML:
             raise RigError("pump: it pumps without having been told to; check that nobody works on its keys")
         asked_ml = volume_ml(volume + units)
         self._dose = _Dose(asked_ml=asked_ml if change_ml > 0 else -asked_ml, from_ml=self._audit.water_ml)
