@@ -16,19 +16,23 @@ from contextlib import suppress
 from rig.dialects.grbl_settings import GrblSettings
 from rig.virtual.device import VirtualDevice
 from rig.virtual.grbl import VirtualGrbl
+from rig.virtual.new_era import VirtualPump
 
+DEVICES = ("grbl", "new-era")
 LONGEST_WAIT_S = 0.5
 
 
 def make_device(name: str) -> VirtualDevice:
-    """Return a virtual device of a kind, `grbl`."""
+    """Return a virtual device of a kind, one of `DEVICES`."""
+    if name == "new-era":
+        return VirtualPump()
     settings = GrblSettings(
         steps_per_mm=(400.0, 400.0, 400.0),
         max_speed_mm_s=(20.0, 20.0, 5.0),
         acceleration_mm_s2=(100.0, 100.0, 100.0),
         travel_mm=(200.0, 200.0, 60.0),
     )
-    return {"grbl": lambda: VirtualGrbl(settings)}[name]()
+    return VirtualGrbl(settings)
 
 
 def serve(device: VirtualDevice, master: int, *, speed: float = 1.0) -> None:
@@ -58,7 +62,7 @@ def serve(device: VirtualDevice, master: int, *, speed: float = 1.0) -> None:
 def main() -> None:
     """Serve the device named on the command line."""
     parser = argparse.ArgumentParser(description="Serve a virtual device on a pseudo-terminal.")
-    parser.add_argument("device", choices=["grbl"])
+    parser.add_argument("device", choices=DEVICES)
     parser.add_argument("--speed", type=float, default=1.0, help="how many times as fast as the wall's its time passes")
     chosen = parser.parse_args()
     master, terminal = os.openpty()  # kept open here, so that hosts may come and go
