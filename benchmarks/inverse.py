@@ -99,7 +99,7 @@ def main() -> None:
         print(f"\n{title}\n", *lines, sep="\n")
     if noisy:
         print(f"\n{options.noise} noisy films each:\n", NOISE_HEADER, "|---" * 6 + "|", *noisy, sep="\n")
-    print(f"\n{describe_machine()}")
+    print("", *(f"- {sentence}" for sentence in describe_machine()), sep="\n")
 
 
 if __name__ == "__main__":

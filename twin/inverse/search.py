@@ -56,6 +56,12 @@ class Search:
         if self._progress is not None:
             self._progress(stage, share)
 
+    @property
+    def over(self) -> bool:
+        """Whether the last stage's share of the budget is used up."""
+        last = self._started + BUDGET_SHARES["passes"] * (self._budget_s or float("inf"))
+        return time.perf_counter() > last
+
     def watcher(self, stage: str, triangles: np.ndarray) -> Callable[[Design], bool]:
         """Return a function that records designs of a stage on a mesh; it returns whether there is time for more."""
         first = len(self.history)

@@ -40,9 +40,9 @@ FIELD_SMOOTHNESS = 1e-4
 FIELD_DAMPING = 1e-3
 PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
-PASS_WEIGHTS_PER_MM3 = (1e-5,)
-"""Weight of the anchor for the passes: they start from fields that it has shaped, and the gaps between lines are no
-fault that speeds could mend."""
+PASS_WEIGHTS_PER_MM3 = (1e-5, 1e-4, 1e-3)
+"""Weights of the anchor for the passes, each tried where the one before snaps elsewhere: small, since the passes start
+from fields that the anchor has shaped, and the gaps between lines are no fault that speeds could mend."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -177,7 +177,7 @@ class Stages:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return tuple(pool.map(trace, range(len(fields))))
 
-    def passes(self, field: Field, traced: tuple[TracedLayer, ...]) -> DesignedPasses:
+    def passes(self, field: Field, traced: tuple[TracedLayer, ...], weight_per_mm3: float) -> DesignedPasses:
         """Optimise the speeds along traced passes, through the film that they really make."""
         outline = field.outline_mm
         flat, triangles = self._mesh(outline, self._options.pass_triangles)
@@ -202,12 +202,12 @@ class Stages:
         worlds = self._worlds(flat, triangles, control, p)
         carried = carry(field.flat_mm, np.hstack((field.vertices_mm, field.anchor_mm)), flat)
         anchor = self._anchor(carried[:, 3:], flat, triangles)
-        refinement = Refinement(worlds, control, anchor, weight_per_mm3=PASS_WEIGHTS_PER_MM3[0])
+        refinement = Refinement(worlds, control, anchor, weight_per_mm3=weight_per_mm3)
         go_on = self._search.watcher("passes", triangles)
         try:
             start = refinement.design(p, [carried[:, :3]])
             design = descend_in_basin(
-                refinement, worlds[0], start, weights_per_mm3=PASS_WEIGHTS_PER_MM3, steps=STEPS["passes"], go_on=go_on
+                refinement, worlds[0], start, weights_per_mm3=(weight_per_mm3,), steps=STEPS["passes"], go_on=go_on
             )
         finally:
             _close(worlds)
