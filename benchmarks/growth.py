@@ -17,7 +17,7 @@ from benchmarks.face import SHELL_METHODS, warm_up
 from benchmarks.machine import describe_machine
 from benchmarks.stopwatch import Stopwatch
 from planner.plan import plan
-from planner.target import mesh_outline
+from planner.target import mesh_outline, signed_area
 from scenes.case import load_case
 from twin.equilibrium.linear import PardisoSolver, SuperLuSolver
 from twin.film import Film, FilmOptions, build_film, film_from_alignment
@@ -43,8 +43,7 @@ def make_film(kind: str, triangles: int) -> Film:
     if kind == "ellipse":
         return azimuthal_ellipse(float(np.sqrt(4 / np.sqrt(3) * np.pi * 600 / triangles)))
     program = plan(load_case("face").make_target()).program
-    x, y = np.asarray(program.cut.line_mm).T
-    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    area = abs(signed_area(np.asarray(program.cut.line_mm)))
     return build_film(program, FilmOptions(mesh_mm=float(np.sqrt(4 / np.sqrt(3) * area / triangles))))
 
 

@@ -21,7 +21,6 @@ from scenes.prediction import PAPER_SSIM
 from scenes.robustness import score_noisy_films
 from twin.batch import ProcessNoise
 from twin.inverse import InverseDesign, InverseOptions, design_inverse
-from twin.score import score_surface
 
 HEADER = (
     "| target | ssim_eq4 | RMS mm | % diag. | ideal ssim_eq4 | ideal RMS mm | coverage | overlap | "
@@ -89,8 +88,7 @@ def main() -> None:
             f"- {path.stem}: " + ", ".join(f"{own.elapsed_s:.0f} s {own.stage} {own.ssim:.3f}" for own in made.history)
         )
         if options.pictures:
-            scored = score_surface(made.shape.top_mm, made.shape.film.triangles, target)
-            draw_design(options.pictures / f"{path.stem}-inverse.png", target, scored)
+            draw_design(options.pictures / f"{path.stem}-inverse.png", target, made.scored)
             picture = options.pictures / f"{path.stem}-search.png"
             draw_search(picture, made.history, made.score, title=path.stem, paper_ssim=PAPER_SSIM)
         if options.noise:

@@ -169,7 +169,7 @@ def plan(
         ),
         calibration=calibration.record,
         film=Film(
-            outline_mm=_deposited(cut, [*kept["convex"], *kept["concave"]]),
+            outline_mm=deposited_outline(cut.line_mm, [*kept["convex"], *kept["concave"]]),
             layer_thickness_mm=thickness,
             line_width_mm=LINE_WIDTH_MM,
             uncut_margin_mm=margin_mm,
@@ -178,7 +178,7 @@ def plan(
             Layer.of(index, thickness[index], _layer_passes(index, len(thickness), kept))
             for index in range(len(thickness))
         ),
-        finish=(Cut(line_mm=_tuples(cut.line_mm)), Actuate()),
+        finish=(Cut(line_mm=program_points(cut.line_mm)), Actuate()),
     )
     report("check", 0.95)
     result = Plan(
@@ -269,15 +269,16 @@ def _inside(passes: tuple[Pass, ...], cut: CutLine) -> tuple[Pass, ...]:
     return tuple(stroke for stroke, keep in zip(passes, touching, strict=True) if keep)
 
 
-def _deposited(cut: CutLine, passes: Sequence[Pass]) -> tuple[tuple[float, float], ...]:
-    """Rectangle around the cut line and all passes, counter-clockwise."""
-    every = np.concatenate([cut.line_mm, *(np.array(stroke.points_mm) for stroke in passes)])
+def deposited_outline(cut_line_mm: np.ndarray, passes: Sequence[Pass]) -> tuple[tuple[float, float], ...]:
+    """Return the rectangle to deposit [mm]: RIM_MM around the cut line, shape [k, 2], and all passes."""
+    every = np.concatenate([cut_line_mm, *(np.array(stroke.points_mm) for stroke in passes)])
     (left, low), (right, high) = every.min(axis=0) - RIM_MM, every.max(axis=0) + RIM_MM
-    return _tuples(np.array([(left, low), (right, low), (right, high), (left, high)]))
+    return program_points(np.array([(left, low), (right, low), (right, high), (left, high)]))
 
 
-def _tuples(points: np.ndarray) -> tuple[tuple[float, float], ...]:
-    return tuple((x, y) for x, y in np.round(points, DIGITS).tolist())
+def program_points(points_mm: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Return points [mm], shape [k, 2], as a Program keeps them."""
+    return tuple((x, y) for x, y in np.round(points_mm, DIGITS).tolist())
 
 
 def _notes(

@@ -15,7 +15,6 @@ from scenes.planning import TARGET_FILE
 from scenes.prediction import PAPER_SSIM
 from scenes.search_folder import opened_search_folder
 from twin.inverse import Field, InverseDesign, InverseOptions, Moment, design_inverse
-from twin.score import score_surface
 
 
 def plan_inverse_into(
@@ -75,8 +74,7 @@ def plan_inverse_into(
         draw_target(scratch / "target.png", target)
         title = f"{target.name}: inverse design"
         draw_search(scratch / "progress.png", made.history, made.score, title=title, paper_ssim=PAPER_SSIM)
-        scored = score_surface(made.shape.top_mm, made.shape.film.triangles, target)
-        draw_design(scratch / "design.png", target, scored)
+        draw_design(scratch / "design.png", target, made.scored)
     searching.remove()
     return made
 

@@ -3,6 +3,7 @@
 from planner.target.height_map_file import save_target
 from planner.target.heights import target_from_heights
 from planner.target.load import TARGET_SUFFIXES, load_target
+from planner.target.outline import signed_area
 from planner.target.planar_mesh import mesh_outline
 from planner.target.sampling import sample_surface
 from planner.target.surface import Surface
@@ -17,6 +18,7 @@ __all__ = [
     "mesh_outline",
     "sample_surface",
     "save_target",
+    "signed_area",
     "surface_mesh",
     "target_from_heights",
 ]

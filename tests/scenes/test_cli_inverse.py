@@ -25,7 +25,7 @@ def designed(planned):
     inputs = program.inputs.model_copy(update={"method": "inverse", "settings": {"stack": "all"}})
     program = Program(**{**parts, "inputs": inputs})
     shape = predict(program, PredictOptions(film=FilmOptions(mesh_mm=1.5), device="cpu"))
-    score = score_surface(shape.top_mm, shape.film.triangles, load_target(planned / "target.npz")).score
+    scored = score_surface(shape.top_mm, shape.film.triangles, load_target(planned / "target.npz"))
     history = tuple(
         Moment(
             elapsed_s=3.0 * k,
@@ -40,8 +40,8 @@ def designed(planned):
     return InverseDesign(
         program=program,
         shape=shape,
-        score=score,
-        ideal=score,
+        scored=scored,
+        ideal=scored.score,
         designed_mm=0.02,
         tilings=(Tiling.of_nothing(wanted=True),) * 4,
         layer_times=layer_times(program, load_machine()),

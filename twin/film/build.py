@@ -10,7 +10,7 @@ from planner.alignment import AlignmentField
 from planner.calibration import Calibration
 from planner.errors import InputError
 from planner.program import Program, load_machine
-from planner.target import mesh_outline
+from planner.target import mesh_outline, signed_area
 from twin.fading import pass_strengths
 from twin.film.film import Film
 from twin.film.options import FilmOptions
@@ -114,8 +114,7 @@ def _check_mesh_size(outline: np.ndarray, mesh_mm: float) -> None:
     low, high = MESH_MM_ALLOWED
     if not low <= mesh_mm <= high:
         raise InputError(f"mesh size: found {mesh_mm:g} mm, allowed are {low:g} to {high:g} mm; the default is 0.6 mm.")
-    x, y = outline.T
-    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+    area = abs(signed_area(outline))
     triangles = area / (np.sqrt(3.0) / 4.0 * mesh_mm**2)
     if triangles < 8:
         raise InputError(

@@ -74,12 +74,17 @@ def _means(owner: np.ndarray, weight: np.ndarray, values: np.ndarray, count: int
     return sums / np.maximum(np.bincount(owner, weight, count), 1e-300)[:, None]
 
 
+def boundary_edges(triangles: np.ndarray) -> np.ndarray:
+    """Return the edges that only one triangle has, in its direction: vertex indices, shape [m, 3] -> [k, 2]."""
+    ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    count = int(triangles.max()) + 1
+    inner = np.isin(ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0])
+    return ends[~inner]
+
+
 def outline_of(film: Film) -> np.ndarray:
     """Return the boundary loop of a film without holes [mm], counter-clockwise, shape [k, 2]."""
-    ends = film.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    count = len(film.flat_mm)
-    inner = np.isin(ends[:, 0] * count + ends[:, 1], ends[:, 1] * count + ends[:, 0])
-    following = {int(a): int(b) for a, b in ends[~inner]}
+    following = {int(a): int(b) for a, b in boundary_edges(film.triangles)}
     loop = [next(iter(following))]
     while (vertex := following[loop[-1]]) != loop[0]:
         loop.append(vertex)

@@ -18,7 +18,7 @@ from importlib.metadata import version
 import numpy as np
 
 from planner.calibration import Calibration, load_calibration
-from planner.plan import DIGITS, RIM_MM
+from planner.plan import deposited_outline, program_points
 from planner.program import (
     Actuate,
     CreatedBy,
@@ -45,7 +45,7 @@ from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
 from twin.inverse.stages import PASS_WEIGHTS_PER_MM3, Field, Stages
 from twin.predict import heat_film, predict
-from twin.score import Score, score_surface
+from twin.score import Score, Scored, score_surface
 
 logger = logging.getLogger(__name__)
 
@@ -60,7 +60,8 @@ class InverseDesign:
     program: Program
     shape: HotShape
     """The Program's film heated from flat."""
-    score: Score
+    scored: Scored
+    """Its score, with the errors that it was measured on."""
     ideal: Score
     """Score of the smooth fields without passes, heated from flat likewise."""
     designed_mm: float
@@ -73,6 +74,11 @@ class InverseDesign:
     notes: tuple[str, ...]
     limits: tuple[str, ...]
     """What keeps the film from its target, sentence by sentence; empty where it gets there."""
+
+    @property
+    def score(self) -> Score:
+        """What the Program is predicted to reach."""
+        return self.scored.score
 
 
 def design_inverse(
@@ -143,7 +149,7 @@ def design_inverse(
     return InverseDesign(
         program=program,
         shape=shape,
-        score=scored.score,
+        scored=scored,
         ideal=score_surface(heat_film(ideal, options.heated).top_mm, ideal.triangles, target).score,
         designed_mm=off,
         tilings=tuple(layer.tiling for layer in traced),
@@ -163,8 +169,7 @@ def _program(
     outline_mm: np.ndarray,
     layers: Sequence[Sequence[Pass]],
 ) -> Program:
-    every = np.concatenate([outline_mm, *(np.array(stroke.points_mm) for passes in layers for stroke in passes)])
-    (left, low), (right, high) = every.min(axis=0) - RIM_MM, every.max(axis=0) + RIM_MM
+    every = [stroke for passes in layers for stroke in passes]
     return Program(
         name=target.name,
         seed=options.seed,
@@ -184,7 +189,7 @@ def _program(
         ),
         calibration=calibration.record,
         film=DepositedFilm(
-            outline_mm=_tuples(np.array([(left, low), (right, low), (right, high), (left, high)])),
+            outline_mm=deposited_outline(outline_mm, every),
             layer_thickness_mm=options.layer_thickness_mm,
             line_width_mm=options.line_width_mm,
         ),
@@ -192,9 +197,5 @@ def _program(
             Layer.of(index, thickness, tuple(passes))
             for index, (thickness, passes) in enumerate(zip(options.layer_thickness_mm, layers, strict=True))
         ),
-        finish=(Cut(line_mm=_tuples(outline_mm)), Actuate(temperature_c=options.heated.temperature_c)),
+        finish=(Cut(line_mm=program_points(outline_mm)), Actuate(temperature_c=options.heated.temperature_c)),
     )
-
-
-def _tuples(points: np.ndarray) -> tuple[tuple[float, float], ...]:
-    return tuple((x, y) for x, y in np.round(points, DIGITS).tolist())

@@ -17,6 +17,7 @@ from scipy.ndimage import uniform_filter
 from scipy.spatial import KDTree
 
 from planner.target import Target
+from twin.film import boundary_edges
 from twin.scan import SHAPE_PX, RigidTransform, grey_image, pixel_weights, register, target_depth_image
 from twin.score import ssim_eq4
 
@@ -59,10 +60,7 @@ class Mismatch:
         self._reference = grey_image(depth, self._lowest, self._highest)
         self._outline_points, self._outline_normals = _dense_outline(target.outline_mm)
         self._outline_tree = KDTree(self._outline_points)
-        ends = triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-        size = int(triangles.max()) + 1
-        inner = np.isin(ends[:, 0] * size + ends[:, 1], ends[:, 1] * size + ends[:, 0])
-        self._rim = ends[~inner]
+        self._rim = boundary_edges(triangles)
 
     def register(self, top_mm: np.ndarray, near: RigidTransform | None = None) -> RigidTransform:
         """Lay a top face [n, 3] over the target as the score does, starting from a motion if one is known."""
