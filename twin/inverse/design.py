@@ -7,7 +7,8 @@ Coarse to fine, each stage starting from the last one's film:
 3. middle: the same on a finer mesh;
 4. lines through the fields, a load for each pass;
 5. passes: the speeds along them, through the film that they really make;
-6. check: the Program heated from flat, as `lce predict` does; where it ends elsewhere, 5 again with more weight.
+6. finish: the same on the mesh of the check, in the basin that the ramp finds there;
+7. check: the Program heated from flat, as `lce predict` does.
 """
 
 import logging
@@ -43,14 +44,11 @@ from twin.hot_shape import HotShape
 from twin.inverse.limits import describe_limits
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
-from twin.inverse.stages import PASS_WEIGHTS_PER_MM3, Field, Stages
+from twin.inverse.stages import Field, Stages
 from twin.predict import heat_film, predict
 from twin.score import Score, Scored, score_surface
 
 logger = logging.getLogger(__name__)
-
-LANDED_MM = 0.6
-"""A Program whose heated film is farther from its design than this, on the mesh of the check, has snapped elsewhere."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,22 +122,14 @@ def design_inverse(
         keep(field)
     search.report("lines", 0.0)
     traced = stages.lines(field, machine)
-    best = None
-    for weight in PASS_WEIGHTS_PER_MM3:
-        passes = stages.passes(field, traced, weight)
-        program = _program(target, calibration, machine, options, field.outline_mm, passes.layers)
-        search.report("check", 0.0)
-        shape = predict(program, options.heated, progress=lambda stage, share: search.report("check", share))
-        scored = score_surface(shape.top_mm, shape.film.triangles, target)
-        meant = carry(passes.flat_mm, passes.vertices_mm, shape.film.flat_mm)
-        off = rigid_distance_mm(shape.hot_mm, meant)
-        if best is None or scored.score.ssim_eq4 > best[2].score.ssim_eq4:
-            best = program, shape, scored, off
-        if off < LANDED_MM or search.over:
-            break
-        logger.info("the Program ends %.1f mm from its design: more weight on the anchor", off)
-    assert best is not None
-    program, shape, scored, off = best
+    designed = stages.passes(field, traced)
+    if search.time_for("passes"):
+        designed = stages.finish(field, designed)
+    program = _program(target, calibration, machine, options, field.outline_mm, designed.layers)
+    search.report("check", 0.0)
+    shape = predict(program, options.heated, progress=lambda stage, share: search.report("check", share))
+    scored = score_surface(shape.top_mm, shape.film.triangles, target)
+    meant = carry(designed.flat_mm, designed.vertices_mm, shape.film.flat_mm)
     ideal = stages.ideal_film(field)
 
     def left_over(changed: Target, thickness: float, contraction: float) -> float:
@@ -151,7 +141,7 @@ def design_inverse(
         shape=shape,
         scored=scored,
         ideal=score_surface(heat_film(ideal, options.heated).top_mm, ideal.triangles, target).score,
-        designed_mm=off,
+        designed_mm=rigid_distance_mm(shape.hot_mm, meant),
         tilings=tuple(layer.tiling for layer in traced),
         layer_times=layer_times(program, machine),
         problems=check(program, machine),

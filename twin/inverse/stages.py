@@ -9,15 +9,16 @@ import scipy.sparse as sp
 from scipy.interpolate import CubicSpline
 
 from planner.calibration import Calibration
+from planner.plan import program_points
 from planner.program import Machine, Pass
 from planner.target import Target, mesh_outline
 from twin.film import Film, carry, film_from_alignment, outline_of
-from twin.inverse.anchor import Anchor
+from twin.inverse.anchor import Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
 from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin
 from twin.inverse.field_control import FieldControl
 from twin.inverse.mismatch import Mismatch
-from twin.inverse.noise import noise_worlds
+from twin.inverse.noise import MODES, NoiseModes
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
@@ -40,9 +41,9 @@ FIELD_SMOOTHNESS = 1e-4
 FIELD_DAMPING = 1e-3
 PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
-PASS_WEIGHTS_PER_MM3 = (1e-5, 1e-4, 1e-3)
-"""Weights of the anchor for the passes, each tried where the one before snaps elsewhere: small, since the passes start
-from fields that the anchor has shaped, and the gaps between lines are no fault that speeds could mend."""
+PASS_WEIGHT_PER_MM3 = 1e-5
+"""Weight of the anchor for the passes: small, since they start from fields that the anchor has shaped, and the gaps
+between lines are no fault that speeds could mend."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -62,8 +63,8 @@ class Field:
     """Variables of a `FieldControl`, shape [fields, n, 2]."""
     vertices_mm: np.ndarray
     """Its equilibrium [mm], shape [n, 3]."""
-    anchor_mm: np.ndarray
-    """Where the vertices would be on the target [mm], shape [n, 3]."""
+    forms: np.ndarray
+    """Fundamental forms a*, b* that the film would have on the target, for the anchor, shape [m, 6]."""
     weight_per_mm3: float
     """Weight of the anchor that the design was found with."""
 
@@ -108,9 +109,8 @@ class Stages:
         flat, triangles = first.flat_mm, first.triangles
         control = self._control(triangles, len(flat))
         worlds = self._worlds(flat, triangles, control, first.u)
-        refinement = Refinement(
-            worlds, control, self._anchor(first.vertices_mm, flat, triangles), weight_per_mm3=WEIGHTS_PER_MM3[0]
-        )
+        forms = forms_on_target(first.vertices_mm, flat, triangles)
+        refinement = self._refinement(worlds, control, forms, WEIGHTS_PER_MM3[0])
         go_on = self._search.watcher("coarse", triangles)
         try:
             design = refinement.design(first.u, [worlds[0].ramp(control.q(first.u))])
@@ -127,20 +127,19 @@ class Stages:
             triangles=triangles,
             u=design.p,
             vertices_mm=design.nominal.vertices_mm,
-            anchor_mm=first.vertices_mm,
+            forms=forms,
             weight_per_mm3=refinement.weight_per_mm3,
         )
 
     def middle(self, coarse: Field) -> Field:
         """Refine a coarse design on a finer mesh."""
         flat, triangles = self._mesh(coarse.outline_mm, self._options.middle_triangles)
-        carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, coarse.anchor_mm, *coarse.u)), flat)
-        start_mm, anchor_mm = carried[:, :3], carried[:, 3:6]
-        u = np.stack(np.split(carried[:, 6:], len(coarse.u), axis=1))
+        carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
+        start_mm, u = carried[:, :3], np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
+        forms = _carried_forms(coarse, flat, triangles)
         control = self._control(triangles, len(flat))
         worlds = self._worlds(flat, triangles, control, u)
-        anchor = self._anchor(anchor_mm, flat, triangles)
-        refinement = Refinement(worlds, control, anchor, weight_per_mm3=coarse.weight_per_mm3)
+        refinement = self._refinement(worlds, control, forms, coarse.weight_per_mm3)
         go_on = self._search.watcher("middle", triangles)
         try:
             design = descend(refinement, refinement.design(u, [start_mm]), steps=STEPS["middle"], go_on=go_on)
@@ -153,7 +152,7 @@ class Stages:
             triangles=triangles,
             u=design.p,
             vertices_mm=design.nominal.vertices_mm,
-            anchor_mm=anchor_mm,
+            forms=forms,
             weight_per_mm3=coarse.weight_per_mm3,
         )
 
@@ -177,46 +176,70 @@ class Stages:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return tuple(pool.map(trace, range(len(fields))))
 
-    def passes(self, field: Field, traced: tuple[TracedLayer, ...], weight_per_mm3: float) -> DesignedPasses:
+    def passes(self, field: Field, traced: tuple[TracedLayer, ...]) -> DesignedPasses:
         """Optimise the speeds along traced passes, through the film that they really make."""
-        outline = field.outline_mm
-        flat, triangles = self._mesh(outline, self._options.pass_triangles)
-        bounds = outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0
+        layers = tuple(layer.passes for layer in traced)
+        flat, triangles = self._mesh(field.outline_mm, self._options.pass_triangles)
+        start_mm = carry(field.flat_mm, field.vertices_mm, flat)
+        return self._along_passes("passes", field, layers, flat, triangles, start_mm)
 
-        def paint(layer: TracedLayer) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-            post = self._options.heated.film
-            return painted_layer(layer.passes, self._calibration, flat[triangles], bounds, post, self._line_width_mm)
+    def finish(self, field: Field, designed: DesignedPasses) -> DesignedPasses:
+        """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film."""
+        flat, triangles = mesh_outline(np.asarray(program_points(field.outline_mm)), self._options.heated.film.mesh_mm)
+        start_mm = carry(designed.flat_mm, designed.vertices_mm, flat)
+        return self._along_passes("finish", field, designed.layers, flat, triangles, start_mm)
+
+    def _along_passes(
+        self,
+        stage: str,
+        field: Field,
+        layers: tuple[tuple[Pass, ...], ...],
+        flat_mm: np.ndarray,
+        triangles: np.ndarray,
+        start_mm: np.ndarray,
+    ) -> DesignedPasses:
+        """Optimise the speeds along passes on a mesh, from a shape near the start [mm], shape [n, 3]."""
+        bounds = field.outline_mm.min(axis=0) - 1.0, field.outline_mm.max(axis=0) + 1.0
+        post, corners = self._options.heated.film, flat_mm[triangles]
+
+        def paint(passes: tuple[Pass, ...]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+            return painted_layer(passes, self._calibration, corners, bounds, post, self._line_width_mm)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            painted = list(pool.map(paint, traced))
-        ranges = [pass_bounds(layer.passes, self._calibration) for layer in traced]
+            painted = list(pool.map(paint, layers))
+        ranges = [pass_bounds(passes, self._calibration) for passes in layers]
         control = PassControl(
             painted,
-            [[len(stroke.speed_mm_s) for stroke in layer.passes] for layer in traced],
+            [[len(stroke.speed_mm_s) for stroke in passes] for passes in layers],
             np.concatenate([low for low, _ in ranges]),
             np.concatenate([high for _, high in ranges]),
             smoothness=PASS_SMOOTHNESS,
             damping=PASS_DAMPING,
         )
-        p = control.start(np.concatenate([pass_contraction(layer.passes, self._calibration) for layer in traced]))
-        worlds = self._worlds(flat, triangles, control, p)
-        carried = carry(field.flat_mm, np.hstack((field.vertices_mm, field.anchor_mm)), flat)
-        anchor = self._anchor(carried[:, 3:], flat, triangles)
-        refinement = Refinement(worlds, control, anchor, weight_per_mm3=weight_per_mm3)
-        go_on = self._search.watcher("passes", triangles)
+        p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in layers]))
+        worlds = self._worlds(flat_mm, triangles, control, p)
+        refinement = self._refinement(worlds, control, _carried_forms(field, flat_mm, triangles), PASS_WEIGHT_PER_MM3)
+        go_on = self._search.watcher(stage, triangles)
         try:
-            start = refinement.design(p, [carried[:, :3]])
             design = descend_in_basin(
-                refinement, worlds[0], start, weights_per_mm3=(weight_per_mm3,), steps=STEPS["passes"], go_on=go_on
+                refinement,
+                worlds[0],
+                refinement.design(p, [start_mm]),
+                weights_per_mm3=(PASS_WEIGHT_PER_MM3,),
+                steps=STEPS[stage],
+                go_on=go_on,
             )
         finally:
             _close(worlds)
         counts = np.cumsum([len(low) for low, _ in ranges])[:-1]
-        layers = tuple(
-            with_contraction(layer.passes, own, self._calibration)
-            for layer, own in zip(traced, np.split(control.contraction(design.p), counts), strict=True)
+        return DesignedPasses(
+            layers=tuple(
+                with_contraction(passes, own, self._calibration)
+                for passes, own in zip(layers, np.split(control.contraction(design.p), counts), strict=True)
+            ),
+            flat_mm=flat_mm,
+            vertices_mm=design.nominal.vertices_mm,
         )
-        return DesignedPasses(layers=layers, flat_mm=flat, vertices_mm=design.nominal.vertices_mm)
 
     def ideal_film(self, field: Field) -> Film:
         """Return the film that would have learned a smooth field exactly, without passes."""
@@ -240,15 +263,26 @@ class Stages:
             damping=FIELD_DAMPING,
         )
 
-    def _anchor(self, vertices_mm: np.ndarray, flat_mm: np.ndarray, triangles: np.ndarray) -> Anchor:
-        return Anchor(vertices_mm, flat_mm, triangles, self._thickness, self._activation)
-
     def _worlds(self, flat_mm: np.ndarray, triangles: np.ndarray, control: Control, p: np.ndarray) -> list[World]:
-        """Return the nominal film, and for a robust design others that noise has made."""
-        options = self._options
+        """Return the nominal film, and for a robust design others for noise to distort."""
         film, mismatch = self._film(flat_mm, triangles, control.q(p)), Mismatch(self._target, triangles)
-        noise = noise_worlds(film, options.noise, seed=options.seed) if options.robust else ()
-        return [World(film, mismatch, options.heated, distortion) for distortion in (None, *noise)]
+        return [World(film, mismatch, self._options.heated) for _ in range(1 + 2 * MODES * self._options.robust)]
+
+    def _refinement(
+        self, worlds: list[World], control: Control, forms: np.ndarray, weight_per_mm3: float
+    ) -> Refinement:
+        film, options = worlds[0].newton.shell.film, self._options
+        return Refinement(
+            worlds,
+            control,
+            Anchor(forms, film.area_mm2, self._thickness, self._activation),
+            weight_per_mm3=weight_per_mm3,
+            noise=NoiseModes(film, options.noise, seed=options.seed) if options.robust else None,
+        )
+
+
+def _carried_forms(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    return carry_forms(field.flat_mm[field.triangles].mean(axis=1), field.forms, flat_mm[triangles].mean(axis=1))
 
 
 def _close(worlds: list[World]) -> None:
