@@ -44,7 +44,7 @@ from twin.hot_shape import HotShape
 from twin.inverse.limits import describe_limits
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
-from twin.inverse.stages import Field, Stages
+from twin.inverse.stages import FIELD_WEIGHTS_PER_MM3, Field, Stages
 from twin.predict import heat_film, predict
 from twin.score import Score, Scored, score_surface
 
@@ -117,12 +117,19 @@ def design_inverse(
         search.report("first design", 0.0)
         field = stages.coarse()
         keep(field)
+    weights = [weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > field.weight_per_mm3 or field.stage == "coarse"]
     if field.stage == "coarse":
-        field = stages.middle(field)
+        field = stages.middle(field, weights.pop(0))
         keep(field)
-    search.report("lines", 0.0)
-    traced = stages.lines(field, machine)
-    designed = stages.passes(field, traced)
+    while True:
+        search.report("lines", 0.0)
+        traced = stages.lines(field, machine)
+        designed, landed = stages.passes(field, traced)
+        if landed or not weights or not search.time_for("passes"):
+            break
+        logger.info("the passes snap on their way from flat: fields with more weight on the anchor")
+        field = stages.middle(field, weights.pop(0))
+        keep(field)
     if search.time_for("passes"):
         designed = stages.finish(field, designed)
     program = _program(target, calibration, machine, options, field.outline_mm, designed.layers)

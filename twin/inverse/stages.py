@@ -1,8 +1,10 @@
 """The stages of an inverse design, each starting from the last one's film."""
 
 import os
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,14 +17,14 @@ from planner.target import Target, mesh_outline
 from twin.film import Film, carry, film_from_alignment, outline_of
 from twin.inverse.anchor import Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
-from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin
+from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, ramped
 from twin.inverse.field_control import FieldControl
 from twin.inverse.mismatch import Mismatch
 from twin.inverse.noise import MODES, NoiseModes
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
-from twin.inverse.refine import Control, Refinement
+from twin.inverse.refine import Control, Design, Refinement
 from twin.inverse.search import STEPS, Search
 from twin.inverse.traced import (
     TracedLayer,
@@ -41,9 +43,11 @@ FIELD_SMOOTHNESS = 1e-4
 FIELD_DAMPING = 1e-3
 PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
-PASS_WEIGHT_PER_MM3 = 1e-5
-"""Weight of the anchor for the passes: small, since they start from fields that the anchor has shaped, and the gaps
-between lines are no fault that speeds could mend."""
+FIELD_WEIGHTS_PER_MM3 = (1e-3, 1e-2, 5e-2)
+"""Weights of the anchor for the smooth fields, each tried where the passes of the one before snap elsewhere."""
+PASS_WEIGHT_SHARE = 0.1
+"""Weight of the anchor for the passes, over that for their fields: small, since they start from fields that it has
+shaped, and the gaps between lines are no fault that speeds could mend."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -76,6 +80,8 @@ class DesignedPasses:
     layers: tuple[tuple[Pass, ...], ...]
     flat_mm: np.ndarray
     """Vertices of the flat film [mm], shape [n, 2]."""
+    triangles: np.ndarray
+    """Vertex indices, shape [m, 3]."""
     vertices_mm: np.ndarray
     """Mid-surface [mm], shape [n, 3]."""
 
@@ -131,15 +137,15 @@ class Stages:
             weight_per_mm3=refinement.weight_per_mm3,
         )
 
-    def middle(self, coarse: Field) -> Field:
-        """Refine a coarse design on a finer mesh."""
+    def middle(self, coarse: Field, weight_per_mm3: float = FIELD_WEIGHTS_PER_MM3[0]) -> Field:
+        """Refine a coarse design, or an earlier one of this stage, on a finer mesh under a weight of the anchor."""
         flat, triangles = self._mesh(coarse.outline_mm, self._options.middle_triangles)
         carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
         start_mm, u = carried[:, :3], np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
         forms = _carried_forms(coarse, flat, triangles)
         control = self._control(triangles, len(flat))
         worlds = self._worlds(flat, triangles, control, u)
-        refinement = self._refinement(worlds, control, forms, coarse.weight_per_mm3)
+        refinement = self._refinement(worlds, control, forms, weight_per_mm3)
         go_on = self._search.watcher("middle", triangles)
         try:
             design = descend(refinement, refinement.design(u, [start_mm]), steps=STEPS["middle"], go_on=go_on)
@@ -153,7 +159,7 @@ class Stages:
             u=design.p,
             vertices_mm=design.nominal.vertices_mm,
             forms=forms,
-            weight_per_mm3=coarse.weight_per_mm3,
+            weight_per_mm3=weight_per_mm3,
         )
 
     def lines(self, field: Field, machine: Machine) -> tuple[TracedLayer, ...]:
@@ -176,70 +182,82 @@ class Stages:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return tuple(pool.map(trace, range(len(fields))))
 
-    def passes(self, field: Field, traced: tuple[TracedLayer, ...]) -> DesignedPasses:
-        """Optimise the speeds along traced passes, through the film that they really make."""
-        layers = tuple(layer.passes for layer in traced)
+    def passes(self, field: Field, traced: tuple[TracedLayer, ...]) -> tuple[DesignedPasses, bool]:
+        """Optimise the speeds along traced passes, through the film that they really make.
+
+        Returns:
+            The passes, and whether the ramp from flat ends in the shape that was designed; where it does not, the shape
+            is the ramp's.
+        """
         flat, triangles = self._mesh(field.outline_mm, self._options.pass_triangles)
-        start_mm = carry(field.flat_mm, field.vertices_mm, flat)
-        return self._along_passes("passes", field, layers, flat, triangles, start_mm)
+        start = DesignedPasses(
+            layers=tuple(layer.passes for layer in traced),
+            flat_mm=flat,
+            triangles=triangles,
+            vertices_mm=carry(field.flat_mm, field.vertices_mm, flat),
+        )
+        go_on = self._search.watcher("passes", triangles)
+        with self._opened(field, start) as (refinement, world, control, design):
+            design = descend(refinement, design, steps=STEPS["passes"], go_on=go_on)
+            design, landed = ramped(refinement, world, design)
+            return self._with_speeds(start, control, design), landed
 
     def finish(self, field: Field, designed: DesignedPasses) -> DesignedPasses:
         """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film."""
         flat, triangles = mesh_outline(np.asarray(program_points(field.outline_mm)), self._options.heated.film.mesh_mm)
-        start_mm = carry(designed.flat_mm, designed.vertices_mm, flat)
-        return self._along_passes("finish", field, designed.layers, flat, triangles, start_mm)
+        start = DesignedPasses(
+            layers=designed.layers,
+            flat_mm=flat,
+            triangles=triangles,
+            vertices_mm=carry(designed.flat_mm, designed.vertices_mm, flat),
+        )
+        go_on = self._search.watcher("finish", triangles)
+        with self._opened(field, start) as (refinement, world, control, design):
+            weights = (refinement.weight_per_mm3,)
+            design = descend_in_basin(
+                refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
+            )
+            return self._with_speeds(start, control, design)
 
-    def _along_passes(
-        self,
-        stage: str,
-        field: Field,
-        layers: tuple[tuple[Pass, ...], ...],
-        flat_mm: np.ndarray,
-        triangles: np.ndarray,
-        start_mm: np.ndarray,
-    ) -> DesignedPasses:
-        """Optimise the speeds along passes on a mesh, from a shape near the start [mm], shape [n, 3]."""
+    def _with_speeds(self, start: DesignedPasses, control: PassControl, design: Design) -> DesignedPasses:
+        counts = np.cumsum([sum(len(stroke.speed_mm_s) for stroke in passes) for passes in start.layers])[:-1]
+        return replace(
+            start,
+            layers=tuple(
+                with_contraction(passes, own, self._calibration)
+                for passes, own in zip(start.layers, np.split(control.contraction(design.p), counts), strict=True)
+            ),
+            vertices_mm=design.nominal.vertices_mm,
+        )
+
+    @contextmanager
+    def _opened(self, field: Field, start: DesignedPasses) -> Iterator[tuple[Refinement, World, PassControl, Design]]:
+        """Make ready to refine the speeds along passes, with their equilibrium near the start."""
         bounds = field.outline_mm.min(axis=0) - 1.0, field.outline_mm.max(axis=0) + 1.0
-        post, corners = self._options.heated.film, flat_mm[triangles]
+        post, corners = self._options.heated.film, start.flat_mm[start.triangles]
 
         def paint(passes: tuple[Pass, ...]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
             return painted_layer(passes, self._calibration, corners, bounds, post, self._line_width_mm)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            painted = list(pool.map(paint, layers))
-        ranges = [pass_bounds(passes, self._calibration) for passes in layers]
+            painted = list(pool.map(paint, start.layers))
+        ranges = [pass_bounds(passes, self._calibration) for passes in start.layers]
         control = PassControl(
             painted,
-            [[len(stroke.speed_mm_s) for stroke in passes] for passes in layers],
+            [[len(stroke.speed_mm_s) for stroke in passes] for passes in start.layers],
             np.concatenate([low for low, _ in ranges]),
             np.concatenate([high for _, high in ranges]),
             smoothness=PASS_SMOOTHNESS,
             damping=PASS_DAMPING,
         )
-        p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in layers]))
-        worlds = self._worlds(flat_mm, triangles, control, p)
-        refinement = self._refinement(worlds, control, _carried_forms(field, flat_mm, triangles), PASS_WEIGHT_PER_MM3)
-        go_on = self._search.watcher(stage, triangles)
+        p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in start.layers]))
+        worlds = self._worlds(start.flat_mm, start.triangles, control, p)
+        forms = _carried_forms(field, start.flat_mm, start.triangles)
+        refinement = self._refinement(worlds, control, forms, PASS_WEIGHT_SHARE * field.weight_per_mm3)
         try:
-            design = descend_in_basin(
-                refinement,
-                worlds[0],
-                refinement.design(p, [start_mm]),
-                weights_per_mm3=(PASS_WEIGHT_PER_MM3,),
-                steps=STEPS[stage],
-                go_on=go_on,
-            )
+            yield refinement, worlds[0], control, refinement.design(p, [start.vertices_mm])
         finally:
             _close(worlds)
-        counts = np.cumsum([len(low) for low, _ in ranges])[:-1]
-        return DesignedPasses(
-            layers=tuple(
-                with_contraction(passes, own, self._calibration)
-                for passes, own in zip(layers, np.split(control.contraction(design.p), counts), strict=True)
-            ),
-            flat_mm=flat_mm,
-            vertices_mm=design.nominal.vertices_mm,
-        )
 
     def ideal_film(self, field: Field) -> Film:
         """Return the film that would have learned a smooth field exactly, without passes."""
