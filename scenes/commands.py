@@ -34,7 +34,7 @@ from scenes.progress import progress_bar
 from scenes.search_folder import CHECKPOINT_FILE, CURRENT_FILE, search_folder
 from scenes.sources import open_source, parse_layers
 from twin.film import FilmOptions
-from twin.inverse import InverseDesign, InverseOptions
+from twin.inverse import FINER, STRONGER, InverseDesign, InverseOptions
 from twin.predict import PredictOptions
 from twin.scan import read_scan
 from twin.score import Score, score_surface
@@ -270,7 +270,17 @@ def _tell_design(made: InverseDesign) -> None:
     _tell_placeholder(made.program)
     _tell_layers(made)
     _tell_score(made.score)
-    say(f"smooth fields without passes: SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, rms_mm {made.ideal.rms_mm:.3f}")
+    say("what limits it, each switched off:")
+    say(
+        f"  passes: smooth fields without passes reach SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, rms_mm {made.ideal.rms_mm:.3f}"
+    )
+    if made.finer is not None:
+        say(f"  mesh: with edges of {FINER:g} times the length {made.finer.ssim_eq4:.3f}, {made.finer.rms_mm:.3f} mm")
+    say(
+        f"  contractions: were they {STRONGER:g} times as large, the best flat film would keep "
+        f"{made.wider_range_share:.0%} of its elastic energy at the target"
+    )
+    say("  noise: lce predict --noise 32 shows how films with errors of the process score")
     for limit in made.limits:
         say(f"limit: {limit}")
 

@@ -13,7 +13,8 @@ Coarse to fine, each stage starting from the last one's film:
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import version
 
 import numpy as np
@@ -41,12 +42,15 @@ from planner.toolpaths.dense import Tiling
 from twin.equilibrium import rigid_distance_mm
 from twin.film import carry
 from twin.hot_shape import HotShape
-from twin.inverse.limits import describe_limits
+from twin.inverse.limits import STRONGER, describe_limits, scaled
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
 from twin.inverse.stages import FIELD_WEIGHTS_PER_MM3, Field, Stages
 from twin.predict import heat_film, predict
 from twin.score import Score, Scored, score_surface
+
+FINER = 0.8
+"""Edges of the mesh that shows what the mesh is worth, over those of the mesh that the design was made on."""
 
 logger = logging.getLogger(__name__)
 
@@ -61,7 +65,13 @@ class InverseDesign:
     scored: Scored
     """Its score, with the errors that it was measured on."""
     ideal: Score
-    """Score of the smooth fields without passes, heated from flat likewise."""
+    """Score of the smooth fields without passes, heated from flat likewise: what the passes cost."""
+    finer: Score | None
+    """Score of the Program on a mesh with edges of `FINER` times the length: what the mesh is worth; None where the
+    budget of time left no room for it."""
+    wider_range_share: float
+    """Elastic energy that the best flat film keeps at the target if contractions could be `STRONGER` times as large,
+    over what it keeps as it is: below 1 as far as the range of contractions is what limits the design."""
     designed_mm: float
     """Largest distance between the shape that was designed and the one that the ramp from flat finds [mm]."""
     tilings: tuple[Tiling, ...]
@@ -139,8 +149,9 @@ def design_inverse(
     meant = carry(designed.flat_mm, designed.vertices_mm, shape.film.flat_mm)
     ideal = stages.ideal_film(field)
 
-    def left_over(changed: Target, thickness: float, contraction: float) -> float:
-        first = stages.at_target(changed, thickness=thickness, contraction=contraction)
+    @cache
+    def left_over(size: float, thickness: float, contraction: float) -> float:
+        first = stages.at_target(scaled(target, size), thickness=thickness, contraction=contraction)
         return first.energy_mm / (thickness * sum(options.layer_thickness_mm))
 
     return InverseDesign(
@@ -148,6 +159,8 @@ def design_inverse(
         shape=shape,
         scored=scored,
         ideal=score_surface(heat_film(ideal, options.heated).top_mm, ideal.triangles, target).score,
+        finer=_finer_score(program, options, target) if options.budget_s is None else None,
+        wider_range_share=left_over(1.0, 1.0, STRONGER) / left_over(1.0, 1.0, 1.0),
         designed_mm=rigid_distance_mm(shape.hot_mm, meant),
         tilings=tuple(layer.tiling for layer in traced),
         layer_times=layer_times(program, machine),
@@ -156,6 +169,12 @@ def design_inverse(
         notes=tuple(target.notes),
         limits=describe_limits(target, scored, shape.film, stages.largest, left_over),
     )
+
+
+def _finer_score(program: Program, options: InverseOptions, target: Target) -> Score:
+    film = replace(options.heated.film, mesh_mm=FINER * options.heated.film.mesh_mm)
+    shape = predict(program, replace(options.heated, film=film))
+    return score_surface(shape.top_mm, shape.film.triangles, target).score
 
 
 def _program(
