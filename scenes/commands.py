@@ -272,7 +272,8 @@ def _tell_design(made: InverseDesign) -> None:
     _tell_score(made.score)
     say("what limits it, each switched off:")
     say(
-        f"  passes: smooth fields without passes reach SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, rms_mm {made.ideal.rms_mm:.3f}"
+        f"  passes: smooth fields without passes reach SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, "
+        f"rms_mm {made.ideal.rms_mm:.3f}"
     )
     if made.finer is not None:
         say(f"  mesh: with edges of {FINER:g} times the length {made.finer.ssim_eq4:.3f}, {made.finer.rms_mm:.3f} mm")
