@@ -188,6 +188,35 @@ def score(
 
 
 @app.command
+def calibrate(
+    strips: Annotated[
+        Path,
+        Parameter(
+            help="Measured strips (.csv) with the columns load_g, speed_mm_s, radius_mm, side (bottom or top), "
+            "width_mm and repeat, in any order."
+        ),
+    ],
+    *,
+    out: Annotated[Path, Parameter(help="Calibration to write (.toml); its picture (.png) is written beside it.")],
+    name: Annotated[str | None, Parameter(help="Name of the calibration. Default: that of the strips' file.")] = None,
+    operator: Annotated[str | None, Parameter(help="Who made and measured the strips, for the record.")] = None,
+    date: Annotated[str | None, Parameter(help="When they were measured, for the record. Default: today.")] = None,
+    method: Annotated[str | None, Parameter(help="How radii were measured, for the record.")] = None,
+    layers_mm: Annotated[
+        str, Parameter(help="Thickness of each layer of the strips, bottom first [mm]: the lower half was scratched.")
+    ] = "0.2,0.2,0.2,0.2",
+) -> None:
+    """Fit load and speed to bending radius by measured strips: writes a calibration for `lce plan`.
+
+    The radius falls with load, saturates, and grows with speed: a curve of that form with a smooth deviation is fitted
+    to the strips, with a band for the whole map; strips that do not belong to it are named and left out.
+    """
+    from scenes.commands import run_calibrate
+
+    run_calibrate(strips, out, name=name, operator=operator, date=date, method=method, layers_mm=layers_mm)
+
+
+@app.command
 def doctor() -> None:
     """Say what was found on this machine: versions, devices, solver, kernel cache, display."""
     from scenes.doctor import print_findings

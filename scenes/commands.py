@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,6 +12,7 @@ from planner.errors import InputError
 from planner.plan import Plan
 from planner.program import PROGRAM_FILE, Machine, Program, load_machine, load_program
 from planner.target import Target, load_target
+from scenes.calibrating import NOT_STATED, calibrate_into
 from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
 from scenes.checkpoint import inputs_digest, load_checkpoint
@@ -215,6 +217,38 @@ def run_score(scan: Path, out: Path, *, target: str, size_mm: str | None, up: st
         write_json(scratch / "result.json", result)
     _tell_score(scored.score)
     say(f"score written to {out}")
+
+
+def run_calibrate(
+    strips: Path,
+    out: Path,
+    *,
+    name: str | None,
+    operator: str | None,
+    date: str | None,
+    method: str | None,
+    layers_mm: str,
+) -> None:
+    """Fit a calibration to a file of strips, and tell what was found."""
+    provenance = {
+        "date": date or f"{datetime.now().astimezone():%Y-%m-%d}, when it was fitted",
+        "operator": operator or NOT_STATED,
+        "method": method or NOT_STATED,
+    }
+    fit = calibrate_into(out, strips, name=name, provenance=provenance, layer_thickness_mm=parse_layers(layers_mm))
+    record = fit.calibration.record
+    for note in fit.notes:
+        say(f"note: {note}")
+    for outlier in fit.outliers:
+        say(f"outlier: {outlier.sentence}")
+    for key in ("samples", "scatter", "left_out_error", "band", "strip_width", "width_correction"):
+        say(f"{key.replace('_', ' ')}: {record.provenance[key]}")
+    limits = record.limits
+    say(
+        f"calibration '{record.name}': {limits.radius_mm_min:.3g} to {limits.radius_mm_max:.3g} mm at "
+        f"{limits.load_g_min:g} to {limits.load_g_max:g} g and {limits.speed_mm_s_min:g} to {limits.speed_mm_s_max:g} "
+        f"mm/s; written to {out} with its picture {out.with_suffix('.png')}"
+    )
 
 
 def run_demo(out: Path) -> None:

@@ -1,5 +1,6 @@
 """Pictures: one file a picture, drawn without a display; everything into PNG files, units on every axis."""
 
+from scenes.pictures.calibration import draw_calibration
 from scenes.pictures.depth_images import draw_depth_images
 from scenes.pictures.design import CurrentPicture, draw_design
 from scenes.pictures.error_map import draw_error_map
@@ -12,6 +13,7 @@ from scenes.pictures.target import draw_target
 
 __all__ = [
     "CurrentPicture",
+    "draw_calibration",
     "draw_depth_images",
     "draw_design",
     "draw_error_map",
