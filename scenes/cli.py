@@ -149,6 +149,14 @@ def predict(
     out: Out,
     target: Annotated[str | None, Parameter(help="Score against this target. Default: the plan's own.")] = None,
     scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
+    calibration_draws: Annotated[
+        int,
+        Parameter(
+            help="Where the calibration is measured: heat this many films on a mesh of 1.2 mm, each with a map of load "
+            "and speed that its strips leave possible, and tell how far the score is open; 0 for none.",
+            validator=Number(gte=0, lte=1000),
+        ),
+    ] = 8,
     heating: HeatingFlags | None = None,
     material: MaterialFlags | None = None,
     post: PostFlags | None = None,
@@ -163,6 +171,7 @@ def predict(
         out,
         target=target,
         scanner_noise=scanner_noise,
+        calibration_draws=calibration_draws,
         heating=heating or HeatingFlags(),
         material=material or MaterialFlags(),
         post=post or PostFlags(),

@@ -122,7 +122,7 @@ def _plan_strip(out: Path, name: str, strip: Strip, *, calibration: Calibration,
         radius_mm=strip.bending_radius_mm,
         machine=machine,
     )
-    _tell_placeholder(program)
+    _tell_calibration(program)
     say(f"plan written to {out}")
 
 
@@ -165,6 +165,7 @@ def run_predict(
     *,
     target: str | None,
     scanner_noise: bool,
+    calibration_draws: int = 0,
     heating: HeatingFlags,
     material: MaterialFlags,
     post: PostFlags,
@@ -193,6 +194,7 @@ def run_predict(
             seeds=solver.seeds,
             noisy_films=noise.noise,
             noise=process_noise,
+            calibration_draws=calibration_draws,
             progress=progress,
         )
     _tell_prediction(made)
@@ -287,12 +289,17 @@ def _plans_target(program: Path, digest: str | None) -> Target | None:
     return target
 
 
-def _tell_placeholder(program: Program) -> None:
-    if program.calibration.placeholder:
-        say(f"note: calibration '{program.calibration.name}' is a placeholder: its radii are not measured.")
+def _tell_calibration(program: Program) -> None:
+    record = program.calibration
+    if record.placeholder:
+        say(f"note: calibration '{record.name}' is a placeholder: its radii are not measured.")
+    else:
+        say(f"calibration '{record.name}', measured: {record.provenance.get('samples', 'nothing more is stated')}")
 
 
 def _tell_plan(made: Plan) -> None:
+    if not made.program.calibration.placeholder:
+        _tell_calibration(made.program)
     _tell_layers(made)
     say(
         f"clamped: {made.clamped_tight_share:.0%} of the points bend tighter than the calibration reaches, "
@@ -301,7 +308,7 @@ def _tell_plan(made: Plan) -> None:
 
 
 def _tell_design(made: InverseDesign) -> None:
-    _tell_placeholder(made.program)
+    _tell_calibration(made.program)
     _tell_layers(made)
     _tell_score(made.score)
     say(f"smooth fields without passes: SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, rms_mm {made.ideal.rms_mm:.3f}")
@@ -333,6 +340,15 @@ def _tell_prediction(made: Prediction) -> None:
             say(f"bending radius {found:.3g} mm in the middle, the calibration promises {promised:.3g} mm")
     else:
         _tell_score(made.scored.score)
+    if "score_band" in made.result:
+        band = made.result["score_band"]
+        ssim, rms = band["ssim_eq4"], band["rms_mm"]
+        low, _, high = band["percent"]
+        say(
+            f"as well as calibration '{band['calibration']}' is known: SSIM (Eq. 4) {ssim['low']:.3f} to "
+            f"{ssim['high']:.3f}, rms_mm {rms['low']:.3f} to {rms['high']:.3f} ({low} to {high} % of {band['draws']} "
+            f"films on a mesh of {band['mesh_mm']:g} mm; {ssim['expected']:.3f} and {rms['expected']:.3f} as expected)"
+        )
     if "noise" in made.result:
         noise = made.result["noise"]
         low, middle, high = noise["percentiles"]["ssim_eq4"].values()
