@@ -226,6 +226,22 @@ def calibrate(
 
 
 @app.command
+def export(
+    source: Annotated[Path, Parameter(help="A plan's or a prediction's folder, or a Program file.")],
+    *,
+    out: Out,
+) -> None:
+    """Export for other programs: layers as SVG, DXF and G-code preview, hot shape as STL, PLY and VTP, images, tables.
+
+    What is written is what the source holds: a plan gives layers (in mm) and passes (CSV, NPZ), a prediction the hot
+    shape, its numbers (CSV, NPZ) and depth images (16-bit PNG, their scale in depth.json).
+    """
+    from scenes.commands import run_export
+
+    run_export(source, out)
+
+
+@app.command
 def doctor() -> None:
     """Say what was found on this machine: versions, devices, solver, kernel cache, display."""
     from scenes.doctor import print_findings

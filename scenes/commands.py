@@ -16,6 +16,7 @@ from scenes.calibrating import NOT_STATED, calibrate_into
 from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
 from scenes.checkpoint import inputs_digest, load_checkpoint
+from scenes.exports import export_into
 from scenes.given_flags import given
 from scenes.inverse_flags import InverseFlags, inverse_options
 from scenes.inverse_planning import plan_inverse_into
@@ -251,6 +252,12 @@ def run_calibrate(
         f"{limits.load_g_min:g} to {limits.load_g_max:g} g and {limits.speed_mm_s_min:g} to {limits.speed_mm_s_max:g} "
         f"mm/s; written to {out} with its picture {out.with_suffix('.png')}"
     )
+
+
+def run_export(source: Path, out: Path) -> None:
+    """Export a plan or a prediction."""
+    names = export_into(out, source)
+    say(f"{len(names)} files written to {out}: {', '.join(names)}")
 
 
 def run_demo(out: Path) -> None:
