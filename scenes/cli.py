@@ -30,6 +30,10 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
+app.register_install_completion_command(
+    help="Install completion of commands and flags for this shell (bash, zsh, fish), and leave."
+)
+
 Out = Annotated[Path, Parameter(help="Folder for the results; made if absent. Files appear whole or not at all.")]
 TargetText = Annotated[
     str,
@@ -68,6 +72,21 @@ def scenes() -> None:
     from scenes.commands import list_scenes
 
     list_scenes()
+
+
+@app.command
+def new(
+    scene: Annotated[str, Parameter(help="Name of the new scene, or file to write (.toml).")],
+    *,
+    like: Annotated[
+        str | None,
+        Parameter(help="Built-in scene to start from. Default: the one of this name, else oblate_dome."),
+    ] = None,
+) -> None:
+    """Write a commented scene file that `lce plan` runs as it is."""
+    from scenes.commands import run_new
+
+    run_new(scene, like)
 
 
 @app.command
@@ -242,8 +261,21 @@ def export(
 
 
 @app.command
+def film(
+    prediction: Annotated[Path, Parameter(help="Folder of a prediction.")],
+    *,
+    out: Annotated[Path, Parameter(help="Film (.mp4, needs the extra `film`; .gif), or folder for pictures (.png).")],
+    frames: Annotated[int, Parameter(help="Number of pictures, 25 a second.", validator=Number(gte=2, lte=2000))] = 150,
+) -> None:
+    """Film the sheet of a prediction as it is heated and rises."""
+    from scenes.commands import run_film
+
+    run_film(prediction, out, frames=frames)
+
+
+@app.command
 def doctor() -> None:
-    """Say what was found on this machine: versions, devices, solver, kernel cache, display."""
+    """Say what was found on this machine: versions, devices, solver, kernel cache, display, OpenGL, serial ports."""
     from scenes.doctor import print_findings
 
     print_findings()

@@ -17,9 +17,11 @@ from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
 from scenes.checkpoint import inputs_digest, load_checkpoint
 from scenes.exports import export_into
+from scenes.filming import film_into
 from scenes.given_flags import given
 from scenes.inverse_flags import InverseFlags, inverse_options
 from scenes.inverse_planning import plan_inverse_into
+from scenes.new_scene import write_new_scene
 from scenes.noise_flags import NoiseFlags
 from scenes.output import output_folder, write_json
 from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
@@ -52,6 +54,12 @@ def list_scenes() -> None:
     """Print the built-in cases, one a line."""
     for case in list_cases():
         say(f"{case.name:<16} {case.description}")
+
+
+def run_new(scene: str, like: str | None) -> None:
+    """Write a scene file to start from."""
+    path = write_new_scene(scene, like)
+    say(f"scene written to {path}; change it, then: lce plan {path} --out out/{path.stem}")
 
 
 def run_plan(
@@ -258,6 +266,13 @@ def run_export(source: Path, out: Path) -> None:
     """Export a plan or a prediction."""
     names = export_into(out, source)
     say(f"{len(names)} files written to {out}: {', '.join(names)}")
+
+
+def run_film(prediction: Path, out: Path, *, frames: int) -> None:
+    """Film the heating of a prediction."""
+    with progress_bar() as progress:
+        count = film_into(out, prediction, frames=frames, progress=progress)
+    say(f"{count} pictures written to {out}")
 
 
 def run_demo(out: Path) -> None:

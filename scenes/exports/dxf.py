@@ -10,11 +10,11 @@ COLOURS = {"convex": 5, "concave": 1, "cut": 7, "deposited": 8}
 
 def write_layer_dxfs(folder: Path, program: Program) -> None:
     """Write layer_1.dxf, the bottom, and so on: passes on the DXF layers CONVEX and CONCAVE, in their order."""
-    import ezdxf
     from ezdxf import units
+    from ezdxf.filemanagement import new
 
     for layer in program.layers:
-        document = ezdxf.new("R2010", setup=False)
+        document = new("R2010", setup=False)
         document.units = units.MM
         for name, colour in COLOURS.items():
             document.layers.add(name.upper(), color=colour)

@@ -30,7 +30,7 @@ def layer_gcode(program: Program, layer: Layer) -> str:
     load = None
     for number, stroke in enumerate(layer.passes, 1):
         lines.append(f"; pass {number}, {stroke.side}, {stroke.length_mm:.3f} mm")
-        loads = stroke.load_g if len(stroke.load_g) > 1 else stroke.load_g * len(stroke.points_mm)
+        loads = list(stroke.load_g) if len(stroke.load_g) > 1 else list(stroke.load_g) * len(stroke.points_mm)
         (x, y), *rest = stroke.points_mm
         lines.append(f"G0 X{x:.4f} Y{y:.4f}")
         if loads[0] != load:

@@ -35,15 +35,16 @@ def write_pass_tables(folder: Path, program: Program) -> None:
     names = ("layer", "pass", "point", "x_mm", "y_mm", "load_g", "speed_mm_s", "side", "radius_mm", "contraction")
     write_table(folder / "passes.csv", names, rows)
     columns = zip(*rows, strict=True) if rows else [()] * len(names)
+    arrays: dict[str, Any] = {name: np.array(column) for name, column in zip(names, columns, strict=True)}
     np.savez_compressed(
         folder / "passes.npz",
-        **{name: np.array(column) for name, column in zip(names, columns, strict=True)},
+        **arrays,
         cut_mm=np.array(program.cut.line_mm),
         deposited_mm=np.array(program.film.outline_mm),
     )
 
 
-def write_result_tables(folder: Path, result: dict[str, Any], scan: dict[str, np.ndarray] | None) -> None:
+def write_result_tables(folder: Path, result: dict[str, Any], scan: dict[str, Any] | None) -> None:
     """Write every number of result.json into result.csv, and the depth images into depth.csv and depth.npz."""
     write_table(folder / "result.csv", ("name", "value"), _numbers(result))
     if scan is None:

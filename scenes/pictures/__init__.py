@@ -4,6 +4,7 @@ from scenes.pictures.calibration import draw_calibration
 from scenes.pictures.depth_images import draw_depth_images
 from scenes.pictures.design import CurrentPicture, draw_design
 from scenes.pictures.error_map import draw_error_map
+from scenes.pictures.heating_film import heating_frames
 from scenes.pictures.hot_shape import draw_hot_shape
 from scenes.pictures.noise import draw_noise
 from scenes.pictures.plan import draw_plan
@@ -23,4 +24,5 @@ __all__ = [
     "draw_search",
     "draw_side_by_side",
     "draw_target",
+    "heating_frames",
 ]
