@@ -308,11 +308,8 @@ def _result(
         "support": options.support,
         "scanner_noise": scanner_noise,
         "settings": _settings(replace(options, device=shape.device)),
-        "calibration": {
-            "name": record.name,
-            "placeholder": record.placeholder,
-            "provenance": dict(record.provenance),
-        },
+        "calibration": {"name": record.name, "placeholder": record.placeholder},
+        "calibration_provenance": dict(record.provenance),
         "program_digest": program.digest,
         "target_digest": None if target is None else target.digest,
         "target_name": None if target is None else target.name,

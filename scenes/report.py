@@ -70,7 +70,7 @@ def write_report(folder: Path, result: dict[str, Any]) -> None:
 def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("method", str(result["method"])),
-        ("calibration", _calibration(result["calibration"])),
+        ("calibration", _calibration(result["calibration"], result["calibration_provenance"])),
         *_settings(result["settings"], result["temperature_field"]),
         ("largest contraction", f"{result['largest_contraction']:.1%}"),
         *_heating(result),
@@ -98,10 +98,9 @@ def _band(result: dict[str, Any]) -> list[str]:
     ]
 
 
-def _calibration(calibration: dict[str, Any]) -> str:
+def _calibration(calibration: dict[str, Any], provenance: dict[str, str]) -> str:
     if calibration["placeholder"]:
         return f"{calibration['name']}, not measured"
-    provenance = calibration["provenance"]
     known = [provenance[key] for key in ("samples", "band", "date", "operator") if key in provenance]
     return "; ".join([f"{calibration['name']}, measured", *known])
 
