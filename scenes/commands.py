@@ -340,10 +340,11 @@ def _tell_design(made: InverseDesign) -> None:
     )
     if made.finer is not None:
         say(f"  mesh: with edges of {FINER:g} times the length {made.finer.ssim_eq4:.3f}, {made.finer.rms_mm:.3f} mm")
-    say(
-        f"  contractions: were they {STRONGER:g} times as large, the best flat film would keep "
-        f"{made.wider_range_share:.0%} of its elastic energy at the target"
-    )
+    if made.wider_range_share is not None:
+        say(
+            f"  contractions: were they {STRONGER:g} times as large, the best flat film would keep "
+            f"{made.wider_range_share:.0%} of its elastic energy at the target"
+        )
     say("  noise: lce predict --noise 32 shows how films with errors of the process score")
     for limit in made.limits:
         say(f"limit: {limit}")

@@ -47,6 +47,7 @@ def test_a_cap_is_designed_through_passes(made, cap):
     assert not made.limits
     assert made.finer is not None
     assert made.finer.ssim_eq4 == pytest.approx(made.score.ssim_eq4, abs=0.03)
+    assert made.wider_range_share is not None
     assert 0.0 < made.wider_range_share <= 1.001
 
 
@@ -68,6 +69,13 @@ def test_bad_settings_are_told_together():
     message = str(caught.value)
     for word in ("stack", "budget", "seed", "coarse triangles"):
         assert word in message
+
+
+def test_a_search_that_is_out_of_time_still_ends_with_a_program(cap):
+    made = design_inverse(cap, options=replace(SMALL, budget_s=1e-3))
+    assert made.program.layers[0].passes
+    assert made.finer is None
+    assert made.wider_range_share is None
 
 
 @pytest.mark.slow

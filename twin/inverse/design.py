@@ -69,9 +69,10 @@ class InverseDesign:
     finer: Score | None
     """Score of the Program on a mesh with edges of `FINER` times the length: what the mesh is worth; None where the
     budget of time left no room for it."""
-    wider_range_share: float
+    wider_range_share: float | None
     """Elastic energy that the best flat film keeps at the target if contractions could be `STRONGER` times as large,
-    over what it keeps as it is: below 1 as far as the range of contractions is what limits the design."""
+    over what it keeps as it is: below 1 as far as the range of contractions is what limits the design; None where the
+    budget of time left no room for it."""
     designed_mm: float
     """Largest distance between the shape that was designed and the one that the ramp from flat finds [mm]."""
     tilings: tuple[Tiling, ...]
@@ -149,6 +150,8 @@ def design_inverse(
     meant = carry(designed.flat_mm, designed.vertices_mm, shape.film.flat_mm)
     ideal = stages.ideal_film(field)
 
+    in_time = search.time_for("limits")
+
     @cache
     def left_over(size: float, thickness: float, contraction: float) -> float:
         first = stages.at_target(scaled(target, size), thickness=thickness, contraction=contraction)
@@ -159,15 +162,15 @@ def design_inverse(
         shape=shape,
         scored=scored,
         ideal=score_surface(heat_film(ideal, options.heated).top_mm, ideal.triangles, target).score,
-        finer=_finer_score(program, options, target) if options.budget_s is None else None,
-        wider_range_share=left_over(1.0, 1.0, STRONGER) / left_over(1.0, 1.0, 1.0),
+        finer=_finer_score(program, options, target) if in_time else None,
+        wider_range_share=left_over(1.0, 1.0, STRONGER) / left_over(1.0, 1.0, 1.0) if in_time else None,
         designed_mm=rigid_distance_mm(shape.hot_mm, meant),
         tilings=tuple(layer.tiling for layer in traced),
         layer_times=layer_times(program, machine),
         problems=check(program, machine),
         history=tuple(search.history),
         notes=tuple(target.notes),
-        limits=describe_limits(target, scored, shape.film, stages.largest, left_over),
+        limits=describe_limits(target, scored, shape.film, stages.largest, left_over if in_time else None),
     )
 
 

@@ -30,7 +30,7 @@ def describe_limits(
     scored: Scored,
     film: Film,
     largest: float,
-    left_over: Callable[[float, float, float], float],
+    left_over: Callable[[float, float, float], float] | None,
 ) -> tuple[str, ...]:
     """Return sentences about a design that does not reach its target; none for one that does.
 
@@ -40,7 +40,8 @@ def describe_limits(
         film: the film that was predicted.
         largest: largest contraction that can be scratched.
         left_over: mean energy per thickness of the first design for factors on the target's size, the layers'
-            thickness and the largest contraction: what the changes that would help are tried with.
+            thickness and the largest contraction: what the changes that would help are tried with; None where no time
+            is left for that.
     """
     score = scored.score
     if score.ssim_eq4 >= GOOD_SSIM and score.rms_percent_of_diagonal <= GOOD_RMS_PERCENT:
@@ -67,6 +68,8 @@ def describe_limits(
             f"The target is as steep as {steepest:.0f} degrees there: seen from above a small error of place is a "
             "large one of height."
         )
+    if left_over is None:
+        return (*sentences, "What would help was not looked for: the budget of time was used up.")
     now = left_over(1.0, 1.0, 1.0)
     changes = (
         (f"{LARGER:g} times the size", left_over(LARGER, 1.0, 1.0)),
