@@ -4,9 +4,26 @@ Verbs are idempotent: a device that is already there, on or off stays so. Settin
 and `turn_*` return at once, `wait_*` returns when it is done and raises `RigError` after its deadline. Nothing toggles.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from planner.errors import RigError
 from planner.program import Pass
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sighting:
+    """Where a stage was seen on its way."""
+
+    position_mm: tuple[float, float, float]
+    """Film frame [mm]."""
+    held: bool
+    """Whether it was held up: somebody pressed the feed hold, or a door was opened."""
+
+
+Watch = Callable[[Sighting], None]
+"""Is shown the stage while it moves; what it raises stops the stage."""
 
 
 @runtime_checkable
@@ -29,8 +46,8 @@ class Stage(Protocol):
         """Lower the post at the first point of a pass and start moving along it at its speeds."""
         ...
 
-    def wait_idle(self, deadline_s: float) -> None:
-        """Wait until every move is executed, not merely accepted [s]."""
+    def wait_idle(self, deadline_s: float, watch: Watch | None = None) -> None:
+        """Wait until every move is executed, not merely accepted [s]; show it to `watch` on the way."""
         ...
 
     def position_mm(self) -> tuple[float, float, float]:
@@ -40,6 +57,10 @@ class Stage(Protocol):
     def stop(self) -> None:
         """Stop moving, with the position kept."""
         ...
+
+
+class LoadUnknownError(RigError):
+    """What is in the chamber is not known any more, until it was emptied or weighed."""
 
 
 @runtime_checkable
@@ -56,6 +77,10 @@ class PostLoad(Protocol):
 
     def load_g(self) -> float:
         """Return the load from the volume really pumped [g]."""
+        ...
+
+    def prime(self, load_g: float) -> None:
+        """Take the load as known [g], after the chamber was emptied or weighed."""
         ...
 
     def stop(self) -> None:
@@ -128,4 +153,35 @@ class HotPlate(Protocol):
 
     def turn_off(self) -> None:
         """Stop heating."""
+        ...
+
+
+@runtime_checkable
+class Enclosure(Protocol):
+    """Light-tight box around the machine."""
+
+    def is_closed(self) -> bool:
+        """Return whether no UV light can get out."""
+        ...
+
+
+@runtime_checkable
+class ForceGauge(Protocol):
+    """Measures what the post really presses with; the counters of a pump only know what was pumped."""
+
+    def force_g(self) -> float:
+        """Return the load on the film while the post is down [g]."""
+        ...
+
+
+@runtime_checkable
+class Operator(Protocol):
+    """The person at the machine."""
+
+    def confirm(self, question: str) -> bool:
+        """Ask, and return whether the answer was a clear yes; silence and anything else are no."""
+        ...
+
+    def tell(self, text: str) -> None:
+        """Say something that needs no answer."""
         ...

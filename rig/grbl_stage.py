@@ -9,6 +9,7 @@ from planner.errors import RigError
 from planner.program import Pass
 from planner.program.machine import Stage as StageLimits
 from planner.program.timing import move_s
+from rig.devices import Sighting, Watch
 from rig.dialects import grbl_lines
 from rig.dialects.grbl import Error, Event, Message, Setting, Status, parse_axes
 from rig.dialects.grbl_settings import Axes, GrblSettings
@@ -37,7 +38,8 @@ class GrblStage:
         self._limits = limits
         self._controller = controller
         self._origin = origin_mm
-        self._identity: str | None = None
+        self.identity = ""
+        """What the controller says that it is, once identified."""
         self._at: Axes = (0.0, 0.0, 0.0)
         self._audit = PathAudit(step_mm=controller.step_mm)
         self._expected_s = 0.0
@@ -67,8 +69,8 @@ class GrblStage:
         if len(fields) > 2 and fields[2].isdigit() and int(fields[2]) > 1:
             self._line.limit_bytes = int(fields[2]) - 1
         self._compare_settings(self._line.command(grbl_lines.SETTINGS, COMMAND_S))
-        self._identity = named["VER"]
-        return self._identity
+        self.identity = named["VER"]
+        return self.identity
 
     def home(self) -> None:
         """Find the reference position, and put the work frame on the film.
@@ -76,7 +78,7 @@ class GrblStage:
         Raises:
             RigError: if homing fails or the stage is not where it ends.
         """
-        if self._identity is None:
+        if not self.identity:
             self.identify()
         if self._line.alarmed or self._line.busy or self._line.status().state not in ("Idle", "Alarm"):
             self.stop()
@@ -123,8 +125,8 @@ class GrblStage:
         along = zip(stroke.points_mm[1:], stroke.speed_mm_s, strict=True)
         self._go([lowered, *(((*point, 0.0), speed) for point, speed in along)])
 
-    def wait_idle(self, deadline_s: float) -> None:
-        """Wait until every move is executed and the position is verified [s].
+    def wait_idle(self, deadline_s: float, watch: Watch | None = None) -> None:
+        """Wait until every move is executed and the position is verified [s]; show the way there to `watch`.
 
         The kinematics set a deadline of their own, half as long again as the moves should take.
 
@@ -138,7 +140,10 @@ class GrblStage:
             while self._line.busy:
                 status = self._line.watch(end_s)
                 if status is not None:
-                    self._audit.on_path(_machine(status), (status.feed_mm_min or 0.0) / 60)
+                    at = _machine(status)
+                    self._audit.on_path(at, (status.feed_mm_min or 0.0) / 60)
+                    if watch is not None:
+                        watch(Sighting(position_mm=self._film(at), held=status.state in ("Hold", "Door")))
                 if self._line.busy and self._line.now_s() >= end_s:
                     raise RigError(f"The stage was not done within {allowed:.0f} s: {LATE}.")
             self._verify(self._line.status())

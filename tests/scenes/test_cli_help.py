@@ -12,7 +12,7 @@ from rich.console import Console
 from scenes.cli import app
 
 SNAPSHOTS = Path(__file__).parent / "help"
-COMMANDS = ("", "demo", "scenes", "plan", "predict", "score", "doctor", "schema")
+COMMANDS = ("", "demo", "scenes", "plan", "predict", "run", "score", "doctor", "schema")
 HEAVY = {
     "numpy",
     "scipy",

@@ -1,0 +1,55 @@
+"""All devices of a rig together, and how they are stopped."""
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from planner.errors import RigError
+from rig.devices import Enclosure, Extruder, ForceGauge, HotAir, HotPlate, Operator, PostLoad, Stage, UvLamp
+from rig.pump_load import AuditedLoad
+from rig.transport import Clock
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Devices:
+    """What a run works with."""
+
+    clock: Clock
+    stage: Stage
+    load: PostLoad
+    extruder: Extruder
+    lamp: UvLamp
+    hot_air: HotAir
+    hot_plate: HotPlate
+    enclosure: Enclosure
+    operator: Operator
+    gauge: ForceGauge | None = None
+    """What measures the post's force, if anything does."""
+    audited_load: Callable[[], AuditedLoad | None]
+    """Returns what the last audit of the pump found, without asking it."""
+    identities: Callable[[], dict[str, str]]
+    """Returns what each device says that it is, once they were asked."""
+
+    def stop(self) -> list[str]:
+        """Stop everything: motion, pump, ink, air, lamp, heat; return what could not be stopped.
+
+        Each is tried whatever happened to the ones before. This is no emergency stop: it takes seconds, and it needs
+        this computer, the cables and the controllers to work.
+        """
+        problems = []
+        for name, stop in (
+            ("stage", self.stage.stop),
+            ("pump", self.load.stop),
+            ("extruder", self.extruder.stop),
+            ("hot air", self.hot_air.turn_off),
+            ("lamp", self.lamp.turn_off),
+            ("hot plate", self.hot_plate.turn_off),
+        ):
+            try:
+                stop()
+            except RigError as error:
+                problems.append(f"{name}: {error}")
+                _log.warning("the %s could not be stopped: %s", name, error)
+        return problems

@@ -1,0 +1,164 @@
+"""How each kind of operation is done with the devices, and what was measured of it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from planner.errors import RigError
+from planner.program import Actuate, Cure, Cut, Deposit, Machine, Pass, Point, ResetAlignment
+from planner.program.as_run import Outcome
+from planner.program.timing import move_s, pass_s
+from rig.devices import Sighting
+from rig.executor.interlocks import Guard
+from rig.executor.interrupts import PausedError
+from rig.executor.machine import Devices
+from rig.executor.operations import LoadChange, Step
+from rig.executor.stroke import Stroke
+
+NEVER_S = 86_400.0
+"""For waits that end by a limit of their own [s]."""
+HOT_S = 1800.0
+DEPOSITED_S = 3600.0
+LOOK_S = 1.0
+"""Time between two looks at the enclosure while the lamp shines [s]."""
+
+
+@dataclass(kw_only=True)
+class Measured:
+    """What is known about an operation, filled in while it is done."""
+
+    outcome: Outcome = "done"
+    stroke: Pass | None = None
+    facts: dict[str, Any] = field(default_factory=dict)
+    """Further fields of `AsRunOperation`."""
+
+
+class Performer:
+    """Does one operation after the other, each from a lifted post to a lifted post.
+
+    Args:
+        devices: what it is done with.
+        guard: interlocks, checked before each.
+        machine: limits and speeds.
+        outline_mm: region that is covered with ink.
+        show: called with where the stage was seen.
+    """
+
+    def __init__(
+        self, devices: Devices, guard: Guard, machine: Machine, outline_mm: tuple[Point, ...], show: Any
+    ) -> None:
+        self._devices = devices
+        self._guard = guard
+        self._machine = machine
+        self._outline = outline_mm
+        self._show = show
+
+    def perform(self, step: Step, measured: Measured) -> None:
+        """Do a step, and fill in what was measured, even if it fails on the way.
+
+        Raises:
+            RigError: if a device fails, an interlock refuses, or somebody stops it.
+        """
+        match step:
+            case Deposit():
+                self._deposit(step)
+            case ResetAlignment():
+                self._reset(step, measured)
+            case LoadChange():
+                self.change_load(step.load_g)
+            case Pass():
+                self._scratch(step, measured)
+            case Cure():
+                self._cure(step)
+            case Cut():
+                if not self._devices.operator.confirm("Cut the film along the plan's line. Is it cut?"):
+                    raise PausedError("The film is not cut yet: cut it, then resume.")
+            case Actuate():
+                self._actuate(step, measured)
+        measured.facts["position_mm"] = self._devices.stage.position_mm()
+        measured.facts["load_g"] = self._devices.load.load_g()
+
+    def change_load(self, load_g: float) -> None:
+        """Change the load of the lifted post and wait until the pump's counters show it [g].
+
+        Raises:
+            RigError: if the post is not lifted, or the dose fails its audit.
+        """
+        self._guard.before_load_change()
+        self._devices.load.set_load(load_g)
+        self._devices.load.wait_settled(NEVER_S)
+
+    def lift(self) -> None:
+        """Lift the post to its clearance, verified.
+
+        Raises:
+            RigError: if it does not get there.
+        """
+        self._devices.stage.lift()
+        self._devices.stage.wait_idle(NEVER_S, self._show)
+
+    def _scratch(self, step: Pass, measured: Measured) -> None:
+        devices, stage = self._devices, self._machine.stage
+        self._guard.before_pass(step.load_g[0])
+        devices.stage.lift()
+        devices.stage.move_to(*step.points_mm[0])
+        devices.stage.wait_idle(NEVER_S, self._show)
+        stroke = Stroke(step, devices.load, devices.gauge)
+
+        def watch(seen: Sighting) -> None:
+            stroke(seen)
+            self._show(seen)
+
+        begun_s = devices.clock.now_s()
+        try:
+            devices.stage.scratch(step)
+            devices.stage.wait_idle(NEVER_S, watch)
+        except RigError:
+            measured.stroke = stroke.so_far()
+            raise
+        took_s = devices.clock.now_s() - begun_s
+        devices.load.wait_settled(NEVER_S)
+        lowering_s = move_s(stage.lift_mm, stage.lift_speed_mm_s, stage.acceleration_mm_s2)
+        measured.stroke, measured.facts["post_load_g"] = stroke.done(took_s - lowering_s, pass_s(step, stage))
+        if stroke.held:
+            measured.outcome = "spoiled"
+            measured.facts["note"] = "held up on the way"
+        self.lift()
+
+    def _deposit(self, step: Deposit) -> None:
+        self.lift()
+        extruder = self._devices.extruder
+        extruder.deposit(self._outline, step.thickness_mm)
+        extruder.wait_deposited(DEPOSITED_S)
+
+    def _reset(self, step: ResetAlignment, measured: Measured) -> None:
+        self._guard.before_hot_air()
+        air = self._devices.hot_air
+        try:
+            air.set_temperature(step.temperature_c)
+            air.wait_temperature(HOT_S)
+            self._devices.clock.sleep(step.duration_s)
+        finally:
+            air.turn_off()
+        measured.facts["temperature_c"] = step.temperature_c
+
+    def _cure(self, step: Cure) -> None:
+        self._guard.before_uv()
+        lamp, clock = self._devices.lamp, self._devices.clock
+        try:
+            lamp.turn_on()
+            end_s = clock.now_s() + step.duration_s
+            while (left_s := end_s - clock.now_s()) > 0:
+                clock.sleep(min(LOOK_S, left_s))
+                self._guard.during_uv()
+        finally:
+            lamp.turn_off()
+
+    def _actuate(self, step: Actuate, measured: Measured) -> None:
+        plate = self._devices.hot_plate
+        try:
+            plate.set_temperature(step.temperature_c)
+            plate.wait_temperature(HOT_S)
+            self._devices.clock.sleep(step.hold_s)
+            measured.facts["temperature_c"] = plate.temperature_c()
+        finally:
+            plate.turn_off()

@@ -1,0 +1,106 @@
+"""The operator: at a terminal, absent, simulated; and what was asked and answered is written down."""
+
+import select
+import sys
+import termios
+import time
+from contextlib import suppress
+
+from rig.devices import Operator
+from rig.executor.run_log import RunLog
+
+TRIES = 3
+PATIENCE_S = 3600.0
+"""Silence after which a question counts as answered by no [s]; nothing moves, shines or heats meanwhile."""
+
+
+class TerminalOperator:
+    """Somebody at the terminal; only a clear yes is one."""
+
+    name = "operator"
+
+    def __init__(self, *, patience_s: float = PATIENCE_S) -> None:
+        self._patience_s = patience_s
+
+    def confirm(self, question: str) -> bool:
+        """Ask, and return whether `y` or `yes` was answered; nothing, silence and three unclear answers are no."""
+        # What was typed before was no answer to this.
+        with suppress(termios.error):
+            termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+        for _ in range(TRIES):
+            sys.stderr.write(f"{question} [y/N] ")
+            sys.stderr.flush()
+            answer = self._line()
+            if answer is None or answer in ("", "n", "no"):
+                return False
+            if answer in ("y", "yes"):
+                return True
+            self.tell(f"{answer!r} is neither yes nor no: answer y or n.")
+        return False
+
+    def tell(self, text: str) -> None:
+        """Write a line."""
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()
+
+    def _line(self) -> str | None:
+        end_s = time.monotonic() + self._patience_s
+        while time.monotonic() < end_s:
+            readable, _, _ = select.select([sys.stdin], [], [], 0.2)
+            if readable:
+                text = sys.stdin.readline()
+                return text.strip().lower() if text else None
+        self.tell(f"No answer in {self._patience_s / 60:.0f} min: taken for no.")
+        return None
+
+
+class AbsentOperator:
+    """Nobody: there is no terminal, so every answer is no."""
+
+    name = "nobody"
+
+    def confirm(self, question: str) -> bool:
+        """Say why the answer is no."""
+        self.tell(f"{question} Nobody can answer, since this is no terminal: taken for no. Run it in a terminal.")
+        return False
+
+    def tell(self, text: str) -> None:
+        """Write a line."""
+        sys.stderr.write(f"{text}\n")
+
+
+class SimulatedOperator:
+    """Does and confirms everything, as befits a machine that is simulated."""
+
+    name = "simulated operator"
+
+    def confirm(self, question: str) -> bool:
+        """Say yes."""
+        return True
+
+    def tell(self, text: str) -> None:
+        """Need not be told."""
+
+
+class RecordedOperator:
+    """Another operator, whose answers are written into the run's log."""
+
+    def __init__(self, operator: Operator) -> None:
+        self.log: RunLog | None = None
+        """Where answers go, from when on there is a log."""
+        self._operator = operator
+
+    def confirm(self, question: str) -> bool:
+        """Ask, and write the answer down.
+
+        Raises:
+            RigError: if it cannot be written.
+        """
+        yes = self._operator.confirm(question)
+        if self.log is not None:
+            self.log.answer(question, yes=yes, by=getattr(self._operator, "name", "operator"))
+        return yes
+
+    def tell(self, text: str) -> None:
+        """Pass it on."""
+        self._operator.tell(text)

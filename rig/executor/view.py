@@ -1,0 +1,44 @@
+"""What a run shows while it goes on."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from rig.executor.operations import Operation
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moment:
+    """The present state of a run."""
+
+    operation: Operation
+    count: int
+    """Number of operations."""
+    at_s: float
+    """Time since the run began [s]."""
+    position_mm: tuple[float, float, float] | None
+    load_g: float | None
+    temperature_c: float | None
+    left_s: float
+    """Time until the end, by the kinematic model [s]."""
+
+
+class View(Protocol):
+    """Somebody who looks on."""
+
+    def begin(self, moment: Moment) -> None:
+        """See an operation begin."""
+        ...
+
+    def move(self, moment: Moment) -> None:
+        """See the stage move."""
+        ...
+
+
+class Unseen:
+    """Nobody looks on."""
+
+    def begin(self, moment: Moment) -> None:
+        """See nothing."""
+
+    def move(self, moment: Moment) -> None:
+        """See nothing."""
