@@ -65,7 +65,7 @@ def open_rig(
     file = rig.file
     real = "serial" in (file.stage.transport, file.pump.transport)
     if virtual is None:
-        pace = 1.0 if real else file.simulated.pace
+        pace = file.simulated.pace or (1.0 if real else 0.0)
         virtual = VirtualMachine(rig, PacedClock(pace) if pace else VirtualClock())
     lines: list[Transport] = []
     try:

@@ -16,6 +16,8 @@ ASK_S = 0.2
 BRAKING_S = 0.05
 """Time between two such questions while it brakes [s]."""
 ANSWER_S = 3.0
+UNANSWERED = 3
+"""Questions in a row that have to stay without an answer, too: a host that was slow may have answers still to read."""
 BANNER_S = 0.7
 RESETS = 8
 
@@ -30,6 +32,7 @@ class GrblLine:
         self._sent: deque[bytes] = deque()
         self._asked_s: float | None = None
         self._answered_s = 0.0
+        self._unanswered = 0
         self._idle_reports = 0
         self.limit_bytes = BUFFER_BYTES
         self.in_flight_bytes = 0
@@ -107,7 +110,7 @@ class GrblLine:
             self._transport.write(grbl_lines.STATUS)
             for event in self.exchange(min(end_s - now_s, 1.0)):
                 if isinstance(event, Status):
-                    self._answered_s, self._asked_s = self.now_s(), None
+                    self._answered_s, self._asked_s, self._unanswered = self.now_s(), None, 0
                     return event
         raise RigError(f"The stage did not answer within {deadline_s:g} s: check its supply and the cable, then home.")
 
@@ -222,14 +225,15 @@ class GrblLine:
             self._answered_s = now_s
         elif now_s < self._asked_s + ASK_S:
             return
-        elif now_s > self._answered_s + ANSWER_S:
+        elif now_s > self._answered_s + ANSWER_S and self._unanswered >= UNANSWERED:
             raise RigError(f"The stage has not answered for {ANSWER_S:g} s: check its supply and the cable, then home.")
         self._asked_s = now_s
+        self._unanswered += 1
         self._transport.write(grbl_lines.STATUS)
 
     def _count_idle(self, status: Status) -> None:
         """Notice a lost acknowledgement: the controller is idle again and again though lines are in flight."""
-        self._answered_s = self.now_s()
+        self._answered_s, self._unanswered = self.now_s(), 0
         self._idle_reports = self._idle_reports + 1 if status.state == "Idle" else 0
         if self._idle_reports > 3:
             raise RigError(

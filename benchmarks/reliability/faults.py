@@ -89,6 +89,15 @@ def _suspend(scene: Scene) -> None:
     scene.on_move.append(lambda: scene.machine.clock.sleep(4000.0))
 
 
+def _killed_in_dose(scene: Scene) -> None:
+    def look(data: bytes) -> bytes:
+        if scene.machine.pump.plunger.running:
+            scene.kill()
+        return data
+
+    scene.lines["pump"].change_in = look
+
+
 def _date(by_s: float) -> Arm:
     def arm(scene: Scene) -> None:
         scene.later_s += by_s
@@ -147,6 +156,10 @@ FAULTS: dict[str, Arm] = {
     "host: Ctrl-C once, operator says no": _interrupt(1),
     "host: Ctrl-C twice": _interrupt(2),
     "host: stop at once": _set("interrupts.wanted", "stop"),
+    "host: killed as an operation begins": Scene.kill,
+    "host: killed in motion": lambda scene: scene.on_move.append(scene.kill),
+    "host: killed in motion, later": lambda scene: scene.on_move.extend([lambda: None] * 12 + [scene.kill]),
+    "host: killed in a dose": _killed_in_dose,
     "host: suspended for 4000 s": _suspend,
     "host: disk full": _set("disk_full", True),
     "host: date set forward by a day, then stopped": lambda scene: _stop_and(_date(86_400.0))(scene),

@@ -17,6 +17,7 @@ from planner.errors import LceError
 from planner.program.as_run import AS_RUN_FILE, ENDED
 from rig.assembly import Controller
 from rig.executor.interrupts import Interrupts
+from rig.executor.journal import Journal
 from rig.executor.operations import list_operations
 from rig.executor.session import run_session
 from rig.executor.view import Moment
@@ -31,6 +32,10 @@ WALL_S = 120
 
 class HungError(BaseException):
     """A session did not end."""
+
+
+class KilledError(BaseException):
+    """The host is gone: from now on it neither says nor writes anything."""
 
 
 class BoundedClock(VirtualClock):
@@ -49,6 +54,8 @@ class ArmedLine:
     """Line that can be made faulty at any moment."""
 
     def __init__(self, line: Transport) -> None:
+        self.cut = False
+        """Whether there is no host any more."""
         self._line = line
         self.change_in: Callable[[bytes], bytes] | None = None
         """Applied to what is read until it changes something."""
@@ -62,9 +69,13 @@ class ArmedLine:
         self._line = FaultyTransport(self._line, [fault])
 
     def write(self, data: bytes) -> None:
+        if self.cut:
+            raise KilledError
         self._line.write(data)
 
     def read(self, timeout_s: float) -> bytes:
+        if self.cut:
+            raise KilledError
         data = self._line.read(timeout_s)
         if data and self.change_in is not None and (changed := self.change_in(data)) != data:
             self.change_in = None
@@ -133,6 +144,13 @@ class Scene:
         self._operations = list_operations(small_program(), small_rig().machine)
         self._truth = Truth(self.machine, small_rig(), self._operations)
 
+    def kill(self) -> None:
+        """Let the host die, with everything under way on the machine."""
+        self._truth.forget()
+        for line in self.lines.values():
+            line.cut = True
+        raise KilledError
+
     @property
     def now_s(self) -> float:
         return self.machine.clock.now_s()
@@ -162,6 +180,10 @@ class Scene:
                     told.append(str(error))
                     self._truth.forget()
                     self._repair()
+                except KilledError:
+                    told.append("killed")
+                    self._truth.forget()
+                    self._repair()
                 except HungError:
                     hung = True
                     break
@@ -180,11 +202,18 @@ class Scene:
         self.lines.clear()
         full = OSError(errno.ENOSPC, "No space left on device")
 
+        written = Journal.write
+
+        def write(journal: Journal, entry: dict[str, Any]) -> None:
+            if any(line.cut for line in self.lines.values()):
+                raise KilledError
+            written(journal, entry)
+
         def fsync(_: int) -> None:
             if self.disk_full:
                 raise full
 
-        with mock.patch("rig.executor.journal.os.fsync", fsync):
+        with mock.patch("rig.executor.journal.os.fsync", fsync), mock.patch.object(Journal, "write", write):
             run_session(
                 small_program(),
                 small_rig(),

@@ -62,6 +62,9 @@ class Truth:
             self._check_marks(operation, operation.step.points_mm)
         else:
             self._check_marks(operation, ())
+        for name in ("lamp", "hot_air", "hot_plate"):
+            if getattr(machine, name).is_on:
+                self._say(operation, f"the {name} is on")
         wanted = load_after(self._operations, operation.number)
         moved_ml = machine.pump.plunger.moved_ml
         if abs(moved_ml - wanted) > DOSE_ML:

@@ -109,6 +109,8 @@ class Executor:
         again = self._past.sessions > 0
         if not self._devices.operator.confirm(HOME_AGAIN if again else READY):
             raise PausedError("Nothing was begun, since the operator did not say that the machine is ready.")
+        if again and (problems := self._devices.switch_off()):  # whatever an earlier session left on
+            raise RigError("; ".join(problems))
         with self._interrupts.waiting():
             self._devices.stage.home()
         resumption = Resumption(self._devices, self._log, self._past, self._operations, self._interrupts)

@@ -38,18 +38,26 @@ class Devices:
         Each is tried whatever happened to the ones before. This is no emergency stop: it takes seconds, and it needs
         this computer, the cables and the controllers to work.
         """
-        problems = []
-        for name, stop in (
-            ("stage", self.stage.stop),
-            ("pump", self.load.stop),
-            ("extruder", self.extruder.stop),
-            ("hot air", self.hot_air.turn_off),
-            ("lamp", self.lamp.turn_off),
-            ("hot plate", self.hot_plate.turn_off),
-        ):
-            try:
-                stop()
-            except RigError as error:
-                problems.append(f"{name}: {error}")
-                _log.warning("the %s could not be stopped: %s", name, error)
-        return problems
+        return _tried({"stage": self.stage.stop, "pump": self.load.stop}) + self.switch_off()
+
+    def switch_off(self) -> list[str]:
+        """Stop ink, air, lamp and heat; return what could not be stopped."""
+        return _tried(
+            {
+                "extruder": self.extruder.stop,
+                "hot air": self.hot_air.turn_off,
+                "lamp": self.lamp.turn_off,
+                "hot plate": self.hot_plate.turn_off,
+            }
+        )
+
+
+def _tried(stops: dict[str, Callable[[], None]]) -> list[str]:
+    problems = []
+    for name, stop in stops.items():
+        try:
+            stop()
+        except RigError as error:
+            problems.append(f"{name}: {error}")
+            _log.warning("the %s could not be stopped: %s", name, error)
+    return problems
