@@ -22,7 +22,7 @@ from scenes.case_target import Strip
 
 SPEED = 100
 """Time of the controllers over the wall's."""
-PASSES = 3
+PASSES = 2
 POLLS = ("0DIS", "0VER")
 """How often these are said, and the stage's `?`, depends on how fast the answers come."""
 
