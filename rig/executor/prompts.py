@@ -1,5 +1,6 @@
 """The operator: at a terminal, absent, simulated; and what was asked and answered is written down."""
 
+import os
 import select
 import sys
 import termios
@@ -21,12 +22,14 @@ class TerminalOperator:
 
     def __init__(self, *, patience_s: float = PATIENCE_S) -> None:
         self._patience_s = patience_s
+        self._typed = b""
 
     def confirm(self, question: str) -> bool:
         """Ask, and return whether `y` or `yes` was answered; nothing, silence and three unclear answers are no."""
         # What was typed before was no answer to this.
         with suppress(termios.error):
             termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+        self._typed = b""
         for _ in range(TRIES):
             sys.stderr.write(f"{question} [y/N] ")
             sys.stderr.flush()
@@ -44,12 +47,18 @@ class TerminalOperator:
         sys.stderr.flush()
 
     def _line(self) -> str | None:
-        end_s = time.monotonic() + self._patience_s
-        while time.monotonic() < end_s:
-            readable, _, _ = select.select([sys.stdin], [], [], 0.2)
+        # Read without the stream's buffer, in which a second line would hide from `select`.
+        terminal, end_s = sys.stdin.fileno(), time.monotonic() + self._patience_s
+        while b"\n" not in self._typed and time.monotonic() < end_s:
+            readable, _, _ = select.select([terminal], [], [], 0.2)
             if readable:
-                text = sys.stdin.readline()
-                return text.strip().lower() if text else None
+                data = os.read(terminal, 1024)
+                if not data:
+                    return None
+                self._typed += data
+        line, end, self._typed = self._typed.partition(b"\n")
+        if end:
+            return line.decode("utf-8", "replace").strip().lower()
         self.tell(f"No answer in {self._patience_s / 60:.0f} min: taken for no.")
         return None
 
