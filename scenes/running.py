@@ -10,11 +10,12 @@ from typing import Any
 
 from planner.errors import LceError
 from planner.program import Program, layer_times, load_program
-from planner.program.as_run import AS_RUN_FILE
-from planner.program.as_run_film import load_as_run
+from planner.program.as_run import AS_RUN_FILE, ENDED, AsRunOperation, AsRunSession
+from planner.program.as_run_film import load_as_run, read_as_run
 from planner.target import Target
 from rig.executor.dry_run import run_dry
 from rig.executor.interrupts import Interrupts
+from rig.executor.operations import list_operations
 from rig.executor.session import Ran, preflight, run_session
 from rig.machine_file import RigDescription, load_rig
 from scenes.as_run_score import AsRunScores, score_as_run
@@ -73,10 +74,20 @@ def _score(out: Path, target: Target) -> AsRunScores:
     return scores
 
 
+def _touch_to_cure_s(done: list[AsRunOperation], layer: int) -> float | None:
+    """Return the time from the first pass of a layer to its cure [s]; None if one of them was not done."""
+    touched = [record.start_s for record in done if record.layer == layer and record.kind == "pass"]
+    cured = [record.start_s for record in done if record.layer == layer and record.kind == "cure"]
+    return cured[-1] - touched[0] if touched and cured else None
+
+
 def _write_summary(
     out: Path, program: Program, rig: RigDescription, ran: Ran | None, scores: AsRunScores | None, *, message: str = ""
 ) -> None:
     planned = layer_times(program, rig.machine)
+    records = read_as_run(out / AS_RUN_FILE)
+    done = [record for record in records if isinstance(record, AsRunOperation)]
+    sessions = [record for record in records if isinstance(record, AsRunSession)]
     summary: dict[str, Any] = {
         "finished": ran is not None,
         "message": message,
@@ -86,8 +97,18 @@ def _write_summary(
         "simulated": rig.file.is_simulated,
         "run_s": None if ran is None else ran.run_s,
         "wall_s": None if ran is None else ran.wall_s,
-        "sessions": None if ran is None else ran.sessions,
+        "sessions": len(sessions),
+        "devices": sessions[-1].devices if sessions else {},
+        "operations": len(list_operations(program, rig.machine)),
+        "operations_ended": len({record.number for record in done if record.outcome in ENDED}),
+        "attempts_again": sum(record.attempt > 1 for record in done),
+        "not_as_planned": [
+            f"operation {record.number}, attempt {record.attempt}: {record.outcome}; {record.note}"
+            for record in done
+            if record.outcome != "done"
+        ],
         "planned_scratching_s": [time.total_s for time in planned],
+        "first_touch_to_cure_s": [_touch_to_cure_s(done, layer.index) for layer in program.layers],
         "score_planned": None if scores is None else asdict(scores.planned),
         "score_as_run": None if scores is None else asdict(scores.as_run),
         "version": version("lce-twin"),

@@ -37,7 +37,7 @@ def load_as_run(path: str | Path) -> AsRunFilm:
         InputError: if the file cannot be read, is no such log, or the run has not cured all layers.
     """
     path = Path(path)
-    records = list(_records(path))
+    records = read_as_run(path)
     planned = next((record.program for record in records if isinstance(record, AsRunProgram)), None)
     if planned is None:
         raise InputError(f"{path}: has no program in it; give the as-run.jsonl that `lce run` wrote")
@@ -72,6 +72,15 @@ def load_as_run(path: str | Path) -> AsRunFilm:
         pass_strength=tuple(strengths),
         notes=tuple(notes),
     )
+
+
+def read_as_run(path: str | Path) -> tuple[AsRunRecord, ...]:
+    """Return the records of a log, without a torn last line.
+
+    Raises:
+        InputError: if the file cannot be read or is no such log.
+    """
+    return tuple(_records(Path(path)))
 
 
 def _records(path: Path) -> Iterable[AsRunRecord]:
