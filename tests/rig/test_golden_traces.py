@@ -40,6 +40,8 @@ def served(name: str) -> Iterator[str]:
 
 def rig_file(folder: Path, stage: str | None = None, pump: str | None = None) -> RigDescription:
     text = SIMULATED_RIG.read_text().replace("settle_s = 1.0", "settle_s = 0")
+    # In the pump's fast time the watchdog of 30 s would run out between two questions.
+    text = text.replace("watchdog_s = 30", "watchdog_s = 255")
     for name, port in (("stage", stage), ("pump", pump)):
         line = f'[{name}]\ntransport = "simulated"'
         assert line in text
