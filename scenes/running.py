@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from contextlib import suppress
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -47,7 +48,8 @@ def run_program(program: Path, out: Path, *, rig: Path | None, dry_run: bool, re
             ran = run_session(loaded, description, out, resume=resume, view=view, interrupts=interrupts)
     except LceError as error:
         if (out / AS_RUN_FILE).exists():
-            _write_summary(out, loaded, description, None, None, message=str(error))
+            with suppress(OSError, LceError):  # the first failure is the one to tell
+                _write_summary(out, loaded, description, None, None, message=str(error))
         raise
     if target is not None:
         shutil.copyfile((program if program.is_dir() else program.parent) / TARGET_FILE, out / TARGET_FILE)

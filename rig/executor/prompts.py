@@ -8,6 +8,7 @@ import time
 from contextlib import suppress
 
 from rig.devices import Operator
+from rig.executor.interrupts import Interrupts
 from rig.executor.run_log import RunLog
 
 TRIES = 3
@@ -20,7 +21,9 @@ class TerminalOperator:
 
     name = "operator"
 
-    def __init__(self, *, patience_s: float = PATIENCE_S) -> None:
+    def __init__(self, interrupts: Interrupts | None = None, *, patience_s: float = PATIENCE_S) -> None:
+        """Ask until somebody answers, or wishes the run to stop."""
+        self._interrupts = interrupts or Interrupts()
         self._patience_s = patience_s
         self._typed = b""
 
@@ -31,7 +34,7 @@ class TerminalOperator:
             termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
         self._typed = b""
         for _ in range(TRIES):
-            sys.stderr.write(f"{question} [y/N] ")
+            sys.stderr.write(f"{question} [y/N]\n")  # a whole line, so that the live view lets it pass
             sys.stderr.flush()
             answer = self._line()
             if answer is None or answer in ("", "n", "no"):
@@ -51,6 +54,8 @@ class TerminalOperator:
         terminal, end_s = sys.stdin.fileno(), time.monotonic() + self._patience_s
         while b"\n" not in self._typed and time.monotonic() < end_s:
             readable, _, _ = select.select([terminal], [], [], 0.2)
+            if self._interrupts.wanted == "stop":
+                return None
             if readable:
                 data = os.read(terminal, 1024)
                 if not data:

@@ -69,11 +69,11 @@ def open_past(folder: Path, program: Program, rig: RigDescription, *, resume: bo
     return past
 
 
-def operator_for(rig: RigDescription) -> Operator:
+def operator_for(rig: RigDescription, interrupts: Interrupts) -> Operator:
     """Return who answers: somebody at the terminal, or nobody; a rig with nothing real in it needs no one."""
     if rig.file.is_simulated:
         return SimulatedOperator()
-    return TerminalOperator() if sys.stdin.isatty() else AbsentOperator()
+    return TerminalOperator(interrupts) if sys.stdin.isatty() else AbsentOperator()
 
 
 def run_session(
@@ -117,7 +117,8 @@ def run_session(
     journal = Journal(folder / JOURNAL_FILE)
     try:
         past = open_past(folder, program, rig, resume=resume)  # now that nobody else writes it
-        who = RecordedOperator(operator or operator_for(rig))
+        interrupts = interrupts or Interrupts()
+        who = RecordedOperator(operator or operator_for(rig, interrupts))
         opened = open_rig(
             rig,
             who,
@@ -134,7 +135,7 @@ def run_session(
                 devices=opened.devices,
                 log=log,
                 past=past,
-                interrupts=interrupts or Interrupts(),
+                interrupts=interrupts,
                 view=view,
             )
             try:

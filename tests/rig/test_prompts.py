@@ -12,6 +12,7 @@ import pytest
 from benchmarks.reliability.scene import as_run_records
 from benchmarks.reliability.small_run import small_program, small_rig
 from planner.errors import RigError
+from rig.executor.interrupts import Interrupts
 from rig.executor.prompts import AbsentOperator, TerminalOperator
 from rig.executor.session import operator_for, run_session
 
@@ -58,6 +59,12 @@ def test_silence_is_no(keyboard: int) -> None:
     assert TerminalOperator(patience_s=0.3).confirm("Ready?") is False
 
 
+def test_a_stop_ends_a_question(keyboard: int) -> None:
+    interrupts = Interrupts()
+    interrupts.wanted = "stop"
+    assert TerminalOperator(interrupts).confirm("Ready?") is False
+
+
 def test_an_answer_given_twice_does_not_answer_the_next_question(keyboard: int) -> None:
     os.write(keyboard, b"y\ny\n")
     assert TerminalOperator(patience_s=0.3).confirm("Is the lamp off?") is False
@@ -66,7 +73,7 @@ def test_an_answer_given_twice_does_not_answer_the_next_question(keyboard: int) 
 def test_without_a_terminal_a_real_machine_does_nothing(tmp_path: Path, capsys) -> None:
     rig = small_rig()
     attended = type(rig)(file=rig.file.model_copy(update={"lamp": "operator"}), machine=rig.machine)
-    assert isinstance(operator_for(attended), AbsentOperator)
+    assert isinstance(operator_for(attended, Interrupts()), AbsentOperator)
     with pytest.raises(RigError, match="Nothing was begun"):
         run_session(small_program(), attended, tmp_path / "run")
     assert "this is no terminal: taken for no" in capsys.readouterr().err
