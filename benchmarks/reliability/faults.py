@@ -139,6 +139,8 @@ FAULTS: dict[str, Arm] = {
     "stage: reset in motion (alarm 3)": _moving(b"\x18"),
     "stage: brown-out": _mishap("brown-out"),
     "stage: feed hold, resumed": _moving(b"!", b"", b"", b"~"),
+    "stage: feed hold in a stroke, resumed": _moving(*[b""] * 12, b"!", b"", b"", b"~"),
+    "stage: feed hold in a stroke after a long way, resumed": _moving(*[b""] * 45, b"!", b"", b"", b"~"),
     "stage: feed hold, never resumed": _moving(b"!"),
     "stage: door opened": _moving(b"\x84"),
     "stage: homing fails on resume": _stop_and(

@@ -246,9 +246,13 @@ class Scene:
 
     def _counts(self) -> dict[int, int]:
         counts = dict.fromkeys(range(len(self._operations)), 0)
-        for record in as_run_records(self.folder):
-            if record["record"] == "operation" and record["outcome"] in ENDED:
-                counts[record["number"]] += 1
+        records = [record for record in as_run_records(self.folder) if record["record"] == "operation"]
+        for place, record in enumerate(records):
+            # A disturbed stroke that was done again as the operator wished is followed by its next attempt.
+            redone = record["outcome"] == "spoiled" and any(
+                later["number"] == record["number"] for later in records[place + 1 :]
+            )
+            counts[record["number"]] += record["outcome"] in ENDED and not redone
         return counts
 
 

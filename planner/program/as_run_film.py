@@ -41,7 +41,7 @@ def load_as_run(path: str | Path) -> AsRunFilm:
     planned = next((record.program for record in records if isinstance(record, AsRunProgram)), None)
     if planned is None:
         raise InputError(f"{path}: has no program in it; give the as-run.jsonl that `lce run` wrote")
-    done = [record for record in records if isinstance(record, AsRunOperation) and record.outcome in ENDED]
+    done = ended_operations(records)
     cures = {record.layer: record.start_s for record in done if record.kind == "cure"}
     missing = [layer.index for layer in planned.layers if layer.index not in cures]
     if missing:
@@ -72,6 +72,13 @@ def load_as_run(path: str | Path) -> AsRunFilm:
         pass_strength=tuple(strengths),
         notes=tuple(notes),
     )
+
+
+def ended_operations(records: Iterable[AsRunRecord]) -> tuple[AsRunOperation, ...]:
+    """Return how each operation ended at last, in the order of time; a stroke done again replaces the first."""
+    ended = [record for record in records if isinstance(record, AsRunOperation) and record.outcome in ENDED]
+    last = {record.number: record for record in ended}
+    return tuple(record for record in ended if last[record.number] is record)
 
 
 def read_as_run(path: str | Path) -> tuple[AsRunRecord, ...]:

@@ -146,6 +146,9 @@ class Executor:
             if not self._devices.operator.confirm(f"{operation.title} was disturbed. Scratch it again?"):
                 break
             attempt += 1
+            if isinstance(operation.step, Pass):  # its load may have changed along it
+                with self._interrupts.waiting():
+                    self._performer.change_load(operation.step.load_g[0])
 
     def _attempt(self, operation: Operation, attempt: int) -> Outcome:
         measured = Measured()

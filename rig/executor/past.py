@@ -60,6 +60,7 @@ def read_past(entries: list[dict[str, Any]], *, program: str, rig: str, path: st
             case "begin":
                 begun = Begun(number=entry["op"], attempt=entry["attempt"], at_s=entry["at_s"], ended=False)
                 attempts[begun.number] = begun.attempt
+                ended.discard(begun.number)  # a disturbed stroke is done again: the new attempt counts
                 if entry.get("touches") is not None:
                     touched.setdefault(entry["touches"], entry["at_s"])
             case "end":

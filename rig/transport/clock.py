@@ -2,6 +2,9 @@
 
 import time
 
+_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+"""Where the system has it, the one that goes on while the computer is suspended: an uncured layer ages then, too."""
+
 
 class VirtualClock:
     """Time that passes only when someone waits, so that an hour of scratching takes seconds.
@@ -26,11 +29,11 @@ class VirtualClock:
 
 
 class WallClock:
-    """Monotonic time of this computer; setting the date does not move it."""
+    """Monotonic time of this computer; setting the date does not move it, sleep of a suspended laptop counts."""
 
     def now_s(self) -> float:
         """Return the time since some fixed moment [s]."""
-        return time.monotonic()
+        return time.clock_gettime(_CLOCK)
 
     def sleep(self, duration_s: float) -> None:
         """Let time pass [s]."""
