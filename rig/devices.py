@@ -94,6 +94,15 @@ class UvLamp(Protocol):
 
 
 @runtime_checkable
+class WarmsUp(Protocol):
+    """What shines or works at full strength only some time after it was turned on; a lamp may be such."""
+
+    def wait_warm(self, deadline_s: float) -> None:
+        """Wait until it works at full strength [s]."""
+        ...
+
+
+@runtime_checkable
 class HotAir(Protocol):
     """Hot-air gun that resets a layer to polydomain."""
 
@@ -128,4 +137,26 @@ class HotPlate(Protocol):
 
     def turn_off(self) -> None:
         """Stop heating."""
+        ...
+
+
+@runtime_checkable
+class Enclosure(Protocol):
+    """Housing that keeps the lamp's light in."""
+
+    def closed(self) -> bool:
+        """Return whether its switch says that it is closed."""
+        ...
+
+
+@runtime_checkable
+class Balance(Protocol):
+    """Balance under the post, to calibrate its load."""
+
+    def zero(self) -> None:
+        """Take what lies on the pan for nothing, once that rests."""
+        ...
+
+    def load_g(self) -> float:
+        """Return the weight on the pan, once that rests [g]."""
         ...
