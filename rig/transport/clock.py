@@ -35,3 +35,7 @@ class WallClock:
     def sleep(self, duration_s: float) -> None:
         """Let time pass [s]."""
         time.sleep(max(0.0, duration_s))
+
+    def advance_to(self, time_s: float) -> None:
+        """Wait until a time [s]; one that is past is not waited for."""
+        self.sleep(time_s - self.now_s())

@@ -1,21 +1,21 @@
-"""A line to a virtual device in the same process, on a virtual clock."""
+"""A line to a virtual device in the same process, on a virtual clock, or on the wall's beside real devices."""
 
 from planner.errors import RigError
-from rig.transport.clock import VirtualClock
+from rig.transport.clock import VirtualClock, WallClock
 from rig.virtual.device import VirtualDevice
 
 
 class SimulatedTransport:
     """Carries bytes to and from a virtual device without loss; waiting moves the clock to the device's next event."""
 
-    def __init__(self, device: VirtualDevice, clock: VirtualClock) -> None:
+    def __init__(self, device: VirtualDevice, clock: VirtualClock | WallClock) -> None:
         self._device = device
         self._clock = clock
         self._open = True
 
     @property
-    def clock(self) -> VirtualClock:
-        """Virtual clock that this line's waits move."""
+    def clock(self) -> VirtualClock | WallClock:
+        """Clock that this line's waits move, or wait for."""
         return self._clock
 
     def write(self, data: bytes) -> None:
