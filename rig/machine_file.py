@@ -10,7 +10,9 @@ from pydantic import Field, model_validator
 from planner.errors import InputError
 from planner.program import Machine, load_machine, read_toml
 from planner.program.operations import Strict
+from rig.dialects.namur import WATCHDOG_S
 from rig.dialects.new_era import SPEED_MM_MIN
+from rig.heating_watch import HeatingLimits
 from rig.pump_load import PumpSetup
 
 SIMULATED_RIG: Final = Path(__file__).parent / "machines" / "simulated.toml"
@@ -56,6 +58,46 @@ class PumpLine(Line):
     settle_s: Annotated[float, Field(ge=0)] = 1.0
 
 
+class HotPlateLine(Line):
+    """A hot plate that speaks NAMUR."""
+
+    baud: Annotated[int, Field(gt=0)] = 9600
+    watchdog_s: Annotated[int, Field(ge=WATCHDOG_S[0], le=WATCHDOG_S[1])] = 60
+    """Silence after which the plate stops heating by itself [s]."""
+
+
+class BalanceLine(Line):
+    """A balance that speaks MT-SICS."""
+
+    baud: Annotated[int, Field(gt=0)] = 9600
+
+
+class Deposition(Strict):
+    """The extruder's flow."""
+
+    flow_ml_min: Annotated[float, Field(gt=0, le=100)]
+    """Through the open valve, found by weighing what comes out in a minute [mL/min]."""
+
+
+class Curing(Strict):
+    """The lamp's light."""
+
+    warm_up_s: Annotated[float, Field(ge=0, le=1800)] = 0.0
+    """Time until it has its full brightness [s]; 0 for diodes."""
+
+
+class Heating(Strict):
+    """What is expected of everything that heats; what does not do so is turned off."""
+
+    rise_c: Annotated[float, Field(gt=0, le=50)] = 5.0
+    """Least warming within `within_s`, or half of what is missing if that is less."""
+    within_s: Annotated[float, Field(ge=5, le=600)] = 60.0
+    tolerance_c: Annotated[float, Field(gt=0, le=20)] = 2.0
+    """How near counts as reached."""
+    overshoot_c: Annotated[float, Field(gt=0, le=50)] = 15.0
+    """How much hotter than told, or once reached colder, is a failure."""
+
+
 class Interlocks(Strict):
     """What must hold before something dangerous or spoiling is begun."""
 
@@ -74,8 +116,25 @@ class RigFile(Strict):
     extruder: Attended
     lamp: Attended
     hot_air: Attended
-    hot_plate: Attended
+    hot_plate: Literal["simulated", "operator", "namur"]
+    enclosure: Attended = "operator"
+    balance: Literal["none", "sics"] = "none"
+    deposition: Deposition | None = None
+    curing: Curing = Curing()
+    heating: Heating = Heating()
+    hot_plate_line: HotPlateLine | None = None
+    balance_line: BalanceLine | None = None
     interlocks: Interlocks = Interlocks()
+
+    def lines(self) -> dict[str, Line]:
+        """Return the lines to controllers by the names of their sections."""
+        named = {
+            "stage": self.stage,
+            "pump": self.pump,
+            "hot_plate_line": self.hot_plate_line,
+            "balance_line": self.balance_line,
+        }
+        return {name: line for name, line in named.items() if line is not None}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +158,10 @@ class RigDescription:
             settle_s=line.settle_s,
         )
 
+    def heating_limits(self) -> HeatingLimits:
+        """Return what the watch over heaters expects."""
+        return HeatingLimits(**self.file.heating.model_dump())
+
 
 def load_rig(path: str | Path | None = None) -> RigDescription:
     """Read a rig from a TOML file, and the machine that it names; without a path the simulated one.
@@ -108,7 +171,7 @@ def load_rig(path: str | Path | None = None) -> RigDescription:
     """
     path = SIMULATED_RIG if path is None else Path(path)
     file = read_toml(path, RigFile, "rig")
-    problems = list(_line_problems(file, path))
+    problems = [*_line_problems(file, path), *_section_problems(file, path)]
     try:
         machine = load_machine(None if file.machine == PAPER else path.parent / file.machine)
     except InputError as error:
@@ -120,10 +183,30 @@ def load_rig(path: str | Path | None = None) -> RigDescription:
 
 
 def _line_problems(file: RigFile, path: Path) -> list[str]:
-    serial = [line.port for line in (file.stage, file.pump) if line.transport == "serial"]
-    if len(serial) == 2 and serial[0] == serial[1]:
-        return [f"{path}: pump.port is {serial[1]!r}, which is the stage's port too; give each its own"]
-    return []
+    problems, taken = [], dict[str, str]()
+    for name, line in file.lines().items():
+        if line.transport != "serial" or line.port is None:
+            continue
+        if line.port in taken:
+            problems.append(
+                f"{path}: {name}.port is {line.port!r}, which is the {taken[line.port]}'s port too; give each its own"
+            )
+        taken.setdefault(line.port, name.removesuffix("_line").replace("_", " "))
+    return problems
+
+
+def _section_problems(file: RigFile, path: Path) -> list[str]:
+    """Compare who does what with the sections that this needs."""
+    needed = [
+        ("extruder", file.extruder == "simulated", "deposition", file.deposition),
+        ("hot_plate", file.hot_plate == "namur", "hot_plate_line", file.hot_plate_line),
+        ("balance", file.balance == "sics", "balance_line", file.balance_line),
+    ]
+    problems = []
+    for key, wanted, section, found in needed:
+        if wanted and found is None:
+            problems.append(f"{path}: {key} is {getattr(file, key)!r}, but section [{section}] is missing; add it")
+    return problems
 
 
 def _syringe_problems(file: RigFile, machine: Machine, path: Path) -> list[str]:

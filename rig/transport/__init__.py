@@ -5,7 +5,7 @@
 
 from rig.transport.clock import VirtualClock, WallClock
 from rig.transport.faulty import Fault, FaultyTransport
-from rig.transport.serial_port import SerialTransport
+from rig.transport.serial_port import Framing, SerialTransport
 from rig.transport.simulated import SimulatedTransport
 from rig.transport.transport import Clock, Transport
 from rig.transport.wire_log import LoggedTransport, read_wire_log
@@ -14,6 +14,7 @@ __all__ = [
     "Clock",
     "Fault",
     "FaultyTransport",
+    "Framing",
     "LoggedTransport",
     "SerialTransport",
     "SimulatedTransport",

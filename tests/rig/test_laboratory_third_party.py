@@ -69,8 +69,8 @@ def test_our_driver_heats_a_third_partys_plate(monkeypatch: pytest.MonkeyPatch) 
         device.temperature_c()
     assert (plate.heating, plate.wd_tripped) == (False, True)
     plate.safety_temp_c = 90.0
-    with pytest.raises(RigError, match="stays 90 C where 150 C were set"):
-        device.set_temperature(150.0)
+    with pytest.raises(RigError, match="stays 90 C where 120 C were set"):
+        device.set_temperature(120.0)
     assert not plate.heating
 
 
