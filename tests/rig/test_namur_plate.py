@@ -154,9 +154,10 @@ def test_any_bytes_are_survived(pieces: list[bytes]) -> None:
     assert parser.feed(b"25.3 2 \r\n") == ["25.3 2"]
 
 
-def test_noise_in_bulk_is_survived() -> None:
+@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_noise_in_bulk_is_survived(count: int) -> None:
     source, parser = random.Random(5), LineParser()
-    for _ in range(500):
+    for _ in range(count):  # a thousand bytes each
         for line in parser.feed(source.randbytes(600) + bytes(source.choices(b"0123456789. -\r\n", k=400))):
             value(line, "IN_PV_2")
         assert len(parser._line) <= LONGEST + 1
