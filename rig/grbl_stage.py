@@ -1,9 +1,10 @@
 """The stage behind a Grbl controller: moves that are audited, since the wire has no check of its own."""
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import pairwise
-from math import dist
+from math import dist, inf
 
 from planner.errors import RigError
 from planner.program import Pass
@@ -13,6 +14,7 @@ from rig.dialects import grbl_lines
 from rig.dialects.grbl import Error, Event, Message, Setting, Status, parse_axes
 from rig.dialects.grbl_settings import Axes, GrblSettings
 from rig.grbl_line import GrblLine
+from rig.pace_audit import PaceAudit
 from rig.path_audit import PathAudit
 from rig.transport import Transport
 
@@ -21,6 +23,9 @@ BOOT_S = 2.0
 COMMAND_S = 3.0
 SLACK_S = 10.0
 SLACK = 1.5
+LATE_S = 0.1
+"""Lateness that is told in the log [s]."""
+_log = logging.getLogger(__name__)
 LATE = "check that the axes move freely and that nothing slowed the host down, then home"
 
 
@@ -31,8 +36,20 @@ class GrblStage:
     After anything that goes wrong the stage was stopped, and if its position may be lost it wants to be homed.
     """
 
-    def __init__(self, transport: Transport, *, limits: StageLimits, controller: GrblSettings, origin_mm: Axes) -> None:
-        """Talk over a line to the controller with such settings; the film's centre is at a machine position [mm]."""
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        limits: StageLimits,
+        controller: GrblSettings,
+        origin_mm: Axes,
+        pace_tolerance_s: float = inf,
+    ) -> None:
+        """Talk over a line to the controller with such settings; the film's centre is at a machine position [mm].
+
+        Moves that take longer than by the kinematics by more than `pace_tolerance_s` [s] are a failure; without it that
+        is only told in the log and by `late_s`.
+        """
         self._line = GrblLine(transport)
         self._limits = limits
         self._controller = controller
@@ -40,12 +57,19 @@ class GrblStage:
         self._identity: str | None = None
         self._at: Axes = (0.0, 0.0, 0.0)
         self._audit = PathAudit(step_mm=controller.step_mm)
+        self._pace = PaceAudit(controller)
+        self._pace_tolerance_s = pace_tolerance_s
         self._expected_s = 0.0
 
     @property
     def most_in_flight_bytes(self) -> int:
         """The most bytes that ever were sent and not acknowledged."""
         return self._line.most_in_flight_bytes
+
+    @property
+    def late_s(self) -> float:
+        """By how much the last moves took longer than can be explained: starved, misread or off between reports [s]."""
+        return self._pace.late_s
 
     @property
     def expected_s(self) -> float:
@@ -139,9 +163,15 @@ class GrblStage:
                 status = self._line.watch(end_s)
                 if status is not None:
                     self._audit.on_path(_machine(status), (status.feed_mm_min or 0.0) / 60)
+                    self._pace.seen(_machine(status), self._line.asked_s, self._line.heard_s)
+                    self._not_late()
                 if self._line.busy and self._line.now_s() >= end_s:
                     raise RigError(f"The stage was not done within {allowed:.0f} s: {LATE}.")
+            self._pace.ended(grbl_lines.SYNCHRONISE_S, self._line.before_s, self._line.heard_s)
             self._verify(self._line.status())
+            self._not_late()
+        if self._pace.late_s > LATE_S:
+            _log.warning("stage: the last moves took %.2f s longer than planned", self._pace.late_s)
         self._expected_s = 0.0
 
     def position_mm(self) -> tuple[float, float, float]:
@@ -177,6 +207,11 @@ class GrblStage:
             raise RigError("The stage does not know where it is: home it.")
         for target, _ in moves:
             self._check_reach(target)
+        if self._expected_s == 0:
+            path = [self._machine(target) for target in (self._at, *(target for target, _ in moves))]
+            self._pace.begin(path, [speed for _, speed in moves], self._line.now_s())
+        else:  # it may still be moving
+            self._pace.forget()
         acceleration = min(self._controller.acceleration_mm_s2)
         for (start, _), (target, speed) in pairwise([(self._at, 0.0), *moves]):
             self._audit.extend(self._machine(target), speed)
@@ -190,6 +225,13 @@ class GrblStage:
         self._at = moves[-1][0]
         with self._stopped_on_failure():
             self._line.exchange(0.0)
+
+    def _not_late(self) -> None:
+        if self._pace.late_s > self._pace_tolerance_s:
+            raise RigError(
+                f"The stage is {self._pace.late_s:.2f} s later than planned (allowed are {self._pace_tolerance_s:g}):"
+                " it was not fed in time or misread a line; check the cable and the load of this computer, then home."
+            )
 
     @contextmanager
     def _stopped_on_failure(self) -> Iterator[None]:

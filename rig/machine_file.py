@@ -42,6 +42,8 @@ class StageLine(Line):
     baud: Annotated[int, Field(gt=0)] = 115200
     origin_mm: tuple[float, float, float]
     """Machine position of the film's centre, at the film's surface [mm]."""
+    pace_tolerance_s: Annotated[float, Field(ge=0.02)] | None = None
+    """How much longer than by its kinematics a stroke may take [s]; without it that is told and not a failure."""
 
 
 class PumpLine(Line):
