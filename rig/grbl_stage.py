@@ -7,15 +7,14 @@ from itertools import pairwise
 from math import dist, inf
 
 from planner.errors import RigError
-from planner.program import Pass
 from planner.program.machine import Stage as StageLimits
 from planner.program.timing import move_s
+from rig.audited_stage import AuditedStage, Move
 from rig.dialects import grbl_lines
 from rig.dialects.grbl import Error, Event, Message, Setting, Status, parse_axes
 from rig.dialects.grbl_settings import Axes, GrblSettings
 from rig.grbl_line import GrblLine
 from rig.pace_audit import PaceAudit
-from rig.path_audit import PathAudit
 from rig.transport import Transport
 
 BOOT_S = 2.0
@@ -29,7 +28,7 @@ _log = logging.getLogger(__name__)
 LATE = "check that the axes move freely and that nothing slowed the host down, then home"
 
 
-class GrblStage:
+class GrblStage(AuditedStage):
     """Stage whose every position is compared with the plan: polled ones with the path, the last to half a step.
 
     The work frame of the controller (G54) is the film frame, so that the lines on the wire are in its coordinates.
@@ -50,13 +49,11 @@ class GrblStage:
         Moves that take longer than by the kinematics by more than `pace_tolerance_s` [s] are a failure; without it that
         is only told in the log and by `late_s`.
         """
+        reach = tuple((-far, 0.0) for far in controller.travel_mm)
+        super().__init__(limits=limits, step_mm=controller.step_mm, origin_mm=origin_mm, reach_mm=reach)
         self._line = GrblLine(transport)
-        self._limits = limits
         self._controller = controller
-        self._origin = origin_mm
         self._identity: str | None = None
-        self._at: Axes = (0.0, 0.0, 0.0)
-        self._audit = PathAudit(step_mm=controller.step_mm)
         self._pace = PaceAudit(controller)
         self._pace_tolerance_s = pace_tolerance_s
         self._expected_s = 0.0
@@ -112,41 +109,6 @@ class GrblStage:
         self._at = self._film(self._audit.end_mm)
         self._expected_s = 0.0
 
-    def lift(self) -> None:
-        """Start raising the post to the clearance height."""
-        self._go([((self._at[0], self._at[1], self._limits.lift_mm), self._limits.lift_speed_mm_s)])
-
-    def move_to(self, x_mm: float, y_mm: float) -> None:
-        """Start moving the lifted post over a point [mm].
-
-        Raises:
-            RigError: if the post is not lifted, or the point is out of reach.
-        """
-        if self._at[2] < self._limits.lift_mm - self._controller.step_mm[2]:
-            raise RigError(
-                f"The post is {self._at[2]:g} mm above the film and needs {self._limits.lift_mm:g} mm to move over it:"
-                " lift it."
-            )
-        self._go([((x_mm, y_mm, self._at[2]), self._limits.travel_speed_mm_s)])
-
-    def scratch(self, stroke: Pass) -> None:
-        """Lower the post at the first point of a pass and start moving along it at its speeds.
-
-        `wait_idle` keeps the controller fed, so call it soon.
-
-        Raises:
-            RigError: if the post is not over the first point, or a point is out of reach.
-        """
-        first = stroke.points_mm[0]
-        if dist(first, self._at[:2]) > max(self._controller.step_mm):
-            raise RigError(
-                f"The post is over ({self._at[0]:g}, {self._at[1]:g}) and the pass starts at"
-                f" ({first[0]:g}, {first[1]:g}) mm: move there first."
-            )
-        lowered = ((*first, 0.0), self._limits.lift_speed_mm_s)
-        along = zip(stroke.points_mm[1:], stroke.speed_mm_s, strict=True)
-        self._go([lowered, *(((*point, 0.0), speed) for point, speed in along)])
-
     def wait_idle(self, deadline_s: float) -> None:
         """Wait until every move is executed and the position is verified [s].
 
@@ -201,7 +163,7 @@ class GrblStage:
         """Give the line back."""
         self._line.close()
 
-    def _go(self, moves: list[tuple[Axes, float]]) -> None:
+    def _go(self, moves: list[Move]) -> None:
         """Queue moves to film positions [mm] at speeds [mm/s], and begin to send them."""
         if self._line.lost:
             raise RigError("The stage does not know where it is: home it.")
@@ -291,26 +253,10 @@ class GrblStage:
             )
         self._audit.at_end(_machine(status))
 
-    def _check_reach(self, target: Axes) -> None:
-        for name, at, far in zip("xyz", self._machine(target), self._controller.travel_mm, strict=True):
-            if not -far <= at <= 0:
-                raise RigError(
-                    f"The move to ({target[0]:g}, {target[1]:g}, {target[2]:g}) mm needs the stage's {name} at {at:g}"
-                    f" mm; allowed is {-far:g} to 0: move the film or make it smaller."
-                )
-
     def _homing_s(self) -> float:
         controller = self._controller
         feed = controller.homing_pull_off_mm / controller.homing_feed_mm_s
         return 1.5 * sum(controller.travel_mm) / controller.homing_seek_mm_s + 10 * feed
-
-    def _machine(self, film: Axes) -> Axes:
-        x, y, z = (a + b for a, b in zip(film, self._origin, strict=True))
-        return (x, y, z)
-
-    def _film(self, machine: Axes) -> Axes:
-        x, y, z = (a - b for a, b in zip(machine, self._origin, strict=True))
-        return (x, y, z)
 
 
 def _machine(status: Status) -> Axes:

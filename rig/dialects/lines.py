@@ -12,7 +12,9 @@ class LineParser:
     Never raises; keeps at most one unfinished line; lines that are empty, too long or not printable ASCII are dropped.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, longest: int = LONGEST) -> None:
+        """Expect lines of at most so many bytes."""
+        self._longest = longest
         self.discarded = 0
         """Lines so far that were dropped, but for empty ones."""
         self._line = bytearray()
@@ -33,12 +35,12 @@ class LineParser:
         self._line.clear()
 
     def _keep(self, part: bytes) -> None:
-        self._line += part[: LONGEST + 1 - len(self._line)]
+        self._line += part[: self._longest + 1 - len(self._line)]
 
     def _take(self) -> str | None:
         raw = bytes(self._line)
         self._line.clear()
-        if len(raw) > LONGEST or any(not 0x20 <= byte <= 0x7E for byte in raw):
+        if len(raw) > self._longest or any(not 0x20 <= byte <= 0x7E for byte in raw):
             self.discarded += 1
             return None
         return raw.decode("ascii").strip() or None

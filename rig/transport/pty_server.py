@@ -16,13 +16,15 @@ from contextlib import suppress
 import numpy as np
 
 from rig.dialects.grbl_settings import GrblSettings
+from rig.dialects.marlin_settings import MarlinSettings
 from rig.virtual.balance import VirtualBalance
 from rig.virtual.device import VirtualDevice
 from rig.virtual.grbl import VirtualGrbl
+from rig.virtual.marlin import VirtualMarlin
 from rig.virtual.namur import VirtualNamurPlate
 from rig.virtual.new_era import VirtualPump
 
-DEVICES = ("grbl", "new-era", "namur", "sics")
+DEVICES = ("grbl", "marlin", "new-era", "namur", "sics")
 LONGEST_WAIT_S = 0.5
 PAN_G = 5.0
 """What lies on the pan of the balance [g]."""
@@ -31,6 +33,15 @@ PAN_G = 5.0
 def make_device(name: str) -> VirtualDevice:
     """Return a virtual device of a kind, one of `DEVICES`."""
     match name:
+        case "marlin":
+            return VirtualMarlin(
+                MarlinSettings(
+                    steps_per_mm=(80.0, 80.0, 400.0),
+                    max_speed_mm_s=(20.0, 20.0, 5.0),
+                    acceleration_mm_s2=(100.0, 100.0, 100.0),
+                    travel_mm=(200.0, 200.0, 60.0),
+                )
+            )
         case "new-era":
             return VirtualPump()
         case "namur":

@@ -1,4 +1,4 @@
-"""What the position audit cannot see shows in the time: detours between reports, slow feeds, starving; nothing else does."""
+"""What the position audit cannot see shows in the time: detours between reports, slow feeds, starving; no more does."""
 
 from math import cos, sin
 
