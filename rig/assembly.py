@@ -3,20 +3,32 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
-from typing import Literal
 
 from planner.errors import RigError
 from rig.attended import OperatorEnclosure, OperatorExtruder, OperatorHotAir, OperatorHotPlate, OperatorLamp
 from rig.devices import Operator
 from rig.executor.machine import Devices
 from rig.grbl_stage import GrblStage
-from rig.machine_file import Line, RigDescription
+from rig.machine_file import RigDescription
+from rig.machine_sections import Line
+from rig.marlin_stage import MarlinStage
+from rig.peripherals import Controller, make_peripherals
 from rig.pump_load import AuditedLoad, PumpLoad
-from rig.transport import LoggedTransport, SerialTransport, Transport, VirtualClock, WallClock
-from rig.virtual.machine import PacedClock, VirtualMachine
+from rig.transport import (
+    Framing,
+    LoggedTransport,
+    PacedClock,
+    SerialTransport,
+    SimulatedTransport,
+    Transport,
+    VirtualClock,
+    WallClock,
+)
+from rig.virtual.device import VirtualDevice
+from rig.virtual.machine import VirtualMachine
 
-Controller = Literal["stage", "pump"]
 Wrap = Callable[[Controller, Transport], Transport]
 """What is put around each line: a log, or faults and a log."""
 
@@ -26,8 +38,8 @@ class OpenRig:
     """A rig whose lines are open."""
 
     devices: Devices
-    virtual: VirtualMachine | None
-    """The simulated parts, if there are any."""
+    virtual: VirtualMachine
+    """The simulated parts, as far as there are any."""
     lines: tuple[Transport, ...]
 
     def close(self) -> None:
@@ -62,48 +74,59 @@ def open_rig(
     Raises:
         RigError: if a port cannot be opened; then none stays open.
     """
-    file = rig.file
-    real = "serial" in (file.stage.transport, file.pump.transport)
     if virtual is None:
-        pace = file.simulated.pace or (1.0 if real else 0.0)
+        pace = rig.file.simulated.pace or (1.0 if rig.file.has_serial_lines else 0.0)
         virtual = VirtualMachine(rig, PacedClock(pace) if pace else VirtualClock())
+    clock = virtual.clock if rig.file.has_simulated else WallClock()
     lines: list[Transport] = []
+
+    def open_line(name: Controller, line: Line, framing: Framing, device: VirtualDevice) -> Transport:
+        lines.append(_open(line, framing, device, virtual.clock))
+        lines.append(wrap(name, lines[-1]))
+        return lines[-1]
+
     try:
-        lines.append(wrap("stage", _open(file.stage, virtual.stage_line)))
-        lines.append(wrap("pump", _open(file.pump, virtual.pump_line)))
+        stage = _stage(rig, open_line("stage", rig.file.stage, "8N1", virtual.controller))
+        pump = PumpLoad(open_line("pump", rig.file.pump, "8N1", virtual.pump), rig.pump_setup(), start=load)
+        around = make_peripherals(rig, clock, open_line, virtual)
     except RigError:
         for line in lines:
             line.close()
         raise
-    stage = GrblStage(lines[0], limits=rig.machine.stage, controller=rig.controller(), origin_mm=file.stage.origin_mm)
-    pump = PumpLoad(lines[1], rig.pump_setup(), start=load)
-    whole = file.stage.transport == file.pump.transport == "simulated"
     devices = Devices(
-        clock=WallClock() if real and not _parts(rig) else virtual.clock,
+        clock=clock,
         stage=stage,
         load=pump,
-        extruder=OperatorExtruder(operator) if file.extruder == "operator" else virtual.extruder,
-        lamp=OperatorLamp(operator) if file.lamp == "operator" else virtual.lamp,
-        hot_air=OperatorHotAir(operator) if file.hot_air == "operator" else virtual.hot_air,
-        hot_plate=OperatorHotPlate(operator) if file.hot_plate == "operator" else virtual.hot_plate,
-        enclosure=OperatorEnclosure(operator) if file.enclosure == "operator" else virtual.enclosure,
+        extruder=around.extruder or OperatorExtruder(operator),
+        lamp=around.lamp or OperatorLamp(operator),
+        hot_air=around.hot_air or OperatorHotAir(operator),
+        hot_plate=around.hot_plate or OperatorHotPlate(operator),
+        enclosure=around.enclosure or OperatorEnclosure(operator),
         operator=operator,
-        gauge=virtual if whole else None,
+        balance=around.balance,
+        gauge=virtual if rig.file.stage.transport == rig.file.pump.transport == "simulated" else None,
         audited_load=lambda: pump.audited,
-        identities=lambda: {"stage": stage.identity, "pump": pump.identity},
+        connect=around.connect,
+        identities=lambda: {"stage": stage.identity, "pump": pump.identity, **around.identities()},
     )
     return OpenRig(devices=devices, virtual=virtual, lines=tuple(lines))
 
 
-def _open(line: Line, simulated: Callable[[], Transport]) -> Transport:
+def _open(line: Line, framing: Framing, device: VirtualDevice, clock: VirtualClock) -> Transport:
     if line.transport == "simulated":
-        return simulated()
+        return SimulatedTransport(device, clock)
     assert line.port is not None  # the file is refused without
-    return SerialTransport(line.port, line.baud)
+    return SerialTransport(line.port, line.baud, framing=framing)
 
 
-def _parts(rig: RigDescription) -> bool:
-    """Tell whether anything of a rig is simulated."""
-    file = rig.file
-    lines = file.stage.transport, file.pump.transport
-    return "simulated" in lines or len(file.attended) < 5
+def _stage(rig: RigDescription, line: Transport) -> GrblStage | MarlinStage:
+    limits, described = rig.machine.stage, rig.file.stage
+    if described.controller == "marlin":
+        return MarlinStage(line, limits=limits, controller=rig.marlin(), origin_mm=described.origin_mm)
+    return GrblStage(
+        line,
+        limits=limits,
+        controller=rig.grbl(),
+        origin_mm=described.origin_mm,
+        pace_tolerance_s=inf if described.pace_tolerance_s is None else described.pace_tolerance_s,
+    )

@@ -1,5 +1,7 @@
 """Devices that a person works: prompts in the place of wires."""
 
+from collections.abc import Callable
+
 from rig.devices import Operator
 from rig.executor.interrupts import PausedError
 
@@ -10,6 +12,11 @@ class OperatorExtruder:
     def __init__(self, operator: Operator) -> None:
         self._operator = operator
         self._wanted_mm = 0.0
+
+    @property
+    def deposited_ml(self) -> float | None:
+        """Nobody measured it."""
+        return None
 
     def deposit(self, outline_mm: tuple[tuple[float, float], ...], thickness_mm: float) -> None:
         """Say what is to be covered [mm]."""
@@ -64,13 +71,17 @@ class OperatorHotAir:
         self._wanted_c = temperature_c
         self._operator.tell(f"Switch the hot air on and set it to {temperature_c:g} C.")
 
-    def wait_temperature(self, deadline_s: float) -> None:
+    def wait_temperature(self, deadline_s: float, look: Callable[[float], None] | None = None) -> None:
         """Wait for the operator's word.
 
         Raises:
             PausedError: if it does not blow.
         """
         _need(self._operator, f"Does air of {self._wanted_c:g} C blow on the layer?")
+
+    def temperature_c(self) -> float:
+        """Return the temperature that the operator confirmed [C]."""
+        return self._wanted_c
 
     def turn_off(self) -> None:
         """Say that it must be off."""
@@ -89,7 +100,7 @@ class OperatorHotPlate:
         self._wanted_c = temperature_c
         self._operator.tell(f"Lay the film on the hot plate and set it to {temperature_c:g} C.")
 
-    def wait_temperature(self, deadline_s: float) -> None:
+    def wait_temperature(self, deadline_s: float, look: Callable[[float], None] | None = None) -> None:
         """Wait for the operator's word.
 
         Raises:
@@ -98,7 +109,7 @@ class OperatorHotPlate:
         _need(self._operator, f"Does the plate show {self._wanted_c:g} C?")
 
     def temperature_c(self) -> float:
-        """Return the temperature that the operator read [C]."""
+        """Return the temperature that the operator confirmed [C]."""
         return self._wanted_c
 
     def turn_off(self) -> None:

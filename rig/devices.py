@@ -54,8 +54,16 @@ class Stage(Protocol):
         """Return where the post really is [mm]."""
         ...
 
+    def lower(self, height_mm: float) -> None:
+        """Start lowering the lifted post straight down to a height over the film's surface [mm]."""
+        ...
+
+    def say_stop(self) -> None:
+        """Tell it to stop and wait for nothing; `stop` makes sure."""
+        ...
+
     def stop(self) -> None:
-        """Stop moving, with the position kept."""
+        """Stop moving; the position is kept where the controller can do that."""
         ...
 
 
@@ -83,6 +91,14 @@ class PostLoad(Protocol):
         """Take the load as known [g], after the chamber was emptied or weighed."""
         ...
 
+    def doubt(self, why: str) -> LoadUnknownError:
+        """Take the load for unknown, and return the error that says so."""
+        ...
+
+    def say_stop(self) -> None:
+        """Tell it to stop and wait for nothing; `stop` makes sure."""
+        ...
+
     def stop(self) -> None:
         """Stop pumping; the load stays as it is."""
         ...
@@ -92,12 +108,17 @@ class PostLoad(Protocol):
 class Extruder(Protocol):
     """Deposits a layer of ink, before any scratching."""
 
+    @property
+    def deposited_ml(self) -> float | None:
+        """Volume of the last layer [mL], None if nothing tells."""
+        ...
+
     def deposit(self, outline_mm: tuple[tuple[float, float], ...], thickness_mm: float) -> None:
         """Start covering a region [mm] with ink of a thickness [mm]."""
         ...
 
     def wait_deposited(self, deadline_s: float) -> None:
-        """Wait until the layer lies [s]."""
+        """Wait until the layer lies [s]; called right after `deposit`, since it may be what ends the flow."""
         ...
 
     def stop(self) -> None:
@@ -119,6 +140,15 @@ class UvLamp(Protocol):
 
 
 @runtime_checkable
+class WarmsUp(Protocol):
+    """What shines or works at full strength only some time after it was turned on; a lamp may be such."""
+
+    def wait_warm(self, deadline_s: float, look: Callable[[], None] | None = None) -> None:
+        """Wait until it works at full strength [s]; what `look` raises now and then ends the waiting."""
+        ...
+
+
+@runtime_checkable
 class HotAir(Protocol):
     """Hot-air gun that resets a layer to polydomain."""
 
@@ -126,8 +156,12 @@ class HotAir(Protocol):
         """Blow air of a temperature [C]."""
         ...
 
-    def wait_temperature(self, deadline_s: float) -> None:
-        """Wait until the air has the temperature that was set [s]."""
+    def wait_temperature(self, deadline_s: float, look: Callable[[float], None] | None = None) -> None:
+        """Wait until the air has the temperature that was set [s]; show it to `look` on the way [C]."""
+        ...
+
+    def temperature_c(self) -> float:
+        """Return the air's temperature [C]; asked for now and then, since a watch may depend on it."""
         ...
 
     def turn_off(self) -> None:
@@ -143,12 +177,12 @@ class HotPlate(Protocol):
         """Heat towards a temperature [C]."""
         ...
 
-    def wait_temperature(self, deadline_s: float) -> None:
-        """Wait until the plate has the temperature that was set [s]."""
+    def wait_temperature(self, deadline_s: float, look: Callable[[float], None] | None = None) -> None:
+        """Wait until the plate has the temperature that was set [s]; show it to `look` on the way [C]."""
         ...
 
     def temperature_c(self) -> float:
-        """Return the plate's temperature [C]."""
+        """Return the plate's temperature [C]; asked for now and then, since a watch may depend on it."""
         ...
 
     def turn_off(self) -> None:
@@ -158,10 +192,23 @@ class HotPlate(Protocol):
 
 @runtime_checkable
 class Enclosure(Protocol):
-    """Light-tight box around the machine."""
+    """Housing that keeps the lamp's light in."""
 
     def is_closed(self) -> bool:
-        """Return whether no UV light can get out."""
+        """Return whether its switch says that it is closed."""
+        ...
+
+
+@runtime_checkable
+class Balance(Protocol):
+    """Balance beside the film, that weighs what the post presses with."""
+
+    def zero(self) -> None:
+        """Take what lies on the pan for nothing, once that rests."""
+        ...
+
+    def load_g(self) -> float:
+        """Return the weight on the pan, once that rests [g]."""
         ...
 
 

@@ -104,7 +104,7 @@ class PumpAudit:
                 return
         raise RigError("pump: it does not clear its counters; check that nobody works on its keys")
 
-    def lose(self, why: str) -> RigError:
+    def lose(self, why: str) -> LoadUnknownError:
         """Take the water for unknown, and return the error that says so."""
         if self._goal_ml is not None:
             low_ml, high_ml = sorted((self.water_ml, self._goal_ml))

@@ -169,6 +169,6 @@ FAULTS: dict[str, Arm] = {
     "operator: says no": _set("operator.refusals", 1),
     "operator: says no three times": _set("operator.refusals", 3),
     "enclosure: opened": _until_resumed(
-        _set("machine.enclosure.closed", False), _set("machine.enclosure.closed", True)
+        _set("machine.enclosure.door_is_closed", False), _set("machine.enclosure.door_is_closed", True)
     ),
 }

@@ -11,16 +11,16 @@ from types import FrameType
 from typing import Any
 from unittest import mock
 
-from benchmarks.reliability.small_run import small_program, small_rig
+from benchmarks.reliability.small_run import AREA_MM2, small_program, small_rig
 from benchmarks.reliability.truth import Truth
 from planner.errors import LceError
 from planner.program.as_run import AS_RUN_FILE, ENDED
-from rig.assembly import Controller
 from rig.executor.interrupts import Interrupts
 from rig.executor.journal import Journal
 from rig.executor.operations import list_operations
 from rig.executor.session import run_session
 from rig.executor.view import Moment
+from rig.peripherals import Controller
 from rig.transport import Clock, Fault, FaultyTransport, Transport, VirtualClock
 from rig.virtual.machine import VirtualMachine
 
@@ -142,7 +142,7 @@ class Scene:
         self._arm: Callable[[Scene], None] | None = arm
         self._stage = stage
         self._operations = list_operations(small_program(), small_rig().machine)
-        self._truth = Truth(self.machine, small_rig(), self._operations)
+        self._truth = Truth(self.machine, small_rig(), self._operations, area_mm2=AREA_MM2)
 
     def kill(self) -> None:
         """Let the host die, with everything under way on the machine."""

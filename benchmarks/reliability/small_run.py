@@ -18,6 +18,7 @@ from planner.program import (
 from rig.machine_file import RigDescription, load_rig
 
 SQUARE = ((-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0))
+AREA_MM2 = 1600.0
 
 
 def small_program() -> Program:

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 from math import dist
 
-from planner.program import Pass, Point
+from planner.program import Actuate, Cure, Deposit, Pass, Point, ResetAlignment
 from rig.executor.operations import LoadChange, Operation
 from rig.executor.view import Moment
 from rig.machine_file import RigDescription
+from rig.virtual.heater import VirtualHeater
 from rig.virtual.machine import VirtualMachine
 
 CLOSE_MM = 0.005
@@ -15,12 +16,17 @@ PATH_MM = 0.02
 DOSE_ML = 0.012
 """Two doses' tolerance and the pump's step: more is a wrong load."""
 TOUCHING_MM = 0.5
+INK_ML = 0.02
+NEAR_C = 10.0
+"""How much colder than asked for something may be a moment after it was held at its temperature [C]."""
 
 
 class Truth:
     """A view that checks each operation that the run takes for done, as soon as the next one begins."""
 
-    def __init__(self, machine: VirtualMachine, rig: RigDescription, operations: Sequence[Operation]) -> None:
+    def __init__(
+        self, machine: VirtualMachine, rig: RigDescription, operations: Sequence[Operation], *, area_mm2: float
+    ) -> None:
         self.wrong: list[str] = []
         """What the run believes and is not so."""
         self._machine = machine
@@ -29,6 +35,8 @@ class Truth:
         self._operations = operations
         self._begun: Operation | None = None
         self._trace_from = 0
+        self._given_before = (0.0, 0.0)
+        self._area_mm2 = area_mm2
 
     def begin(self, moment: Moment) -> None:
         """Check the operation before, and remember the new one."""
@@ -36,6 +44,7 @@ class Truth:
             self.check_done()
         self._begun = moment.operation
         self._trace_from = len(self._machine.grbl.motion.trace)
+        self._given_before = self._given()
 
     def move(self, moment: Moment) -> None:
         """Nothing is checked on the way."""
@@ -62,13 +71,41 @@ class Truth:
             self._check_marks(operation, operation.step.points_mm)
         else:
             self._check_marks(operation, ())
-        for name in ("lamp", "hot_air", "hot_plate"):
-            if getattr(machine, name).is_on:
-                self._say(operation, f"the {name} is on")
+        on = {
+            "extruder": machine.extruder.flows,
+            "lamp": machine.lamp.shines,
+            "hot air": machine.hot_air.target_c is not None,
+            "hot plate": machine.hot_plate.target_c is not None,
+        }
+        for name in (name for name, is_on in on.items() if is_on):
+            self._say(operation, f"the {name} is on")
+        self._check_given(operation)
         wanted = load_after(self._operations, operation.number)
         moved_ml = machine.pump.plunger.moved_ml
         if abs(moved_ml - wanted) > DOSE_ML:
             self._say(operation, f"the chamber holds {moved_ml:.3f} mL, not {wanted:g}")
+
+    def _check_given(self, operation: Operation) -> None:
+        """Compare light, ink and heat since the operation began with what it asks for; a failed try may add to it."""
+        machine, now = self._machine, self._given()
+        light_s, ink_ml = now[0] - self._given_before[0], now[1] - self._given_before[1]
+        match operation.step:
+            case Cure(duration_s=duration_s) if light_s < duration_s - 0.01:
+                self._say(operation, f"the layer was cured for {light_s:.2f} s, not {duration_s:g}")
+            case Deposit(thickness_mm=thickness_mm) if abs(ink_ml - self._area_mm2 * thickness_mm * 1e-3) > INK_ML:
+                self._say(operation, f"the layer has {ink_ml:.3f} cm3 of ink")
+            case ResetAlignment(temperature_c=wanted_c):
+                self._check_heat(operation, machine.hot_air, wanted_c)
+            case Actuate(temperature_c=wanted_c):
+                self._check_heat(operation, machine.hot_plate, wanted_c)
+
+    def _check_heat(self, operation: Operation, heater: VirtualHeater, wanted_c: float) -> None:
+        body_c = heater.body_c(self._machine.clock.now_s())
+        if body_c < wanted_c - NEAR_C:
+            self._say(operation, f"it was {body_c:.0f} C warm, not {wanted_c:g}")
+
+    def _given(self) -> tuple[float, float]:
+        return self._machine.lamp.dose_s(), self._machine.extruder.out_ml()
 
     def _check_marks(self, operation: Operation, path: tuple[Point, ...]) -> None:
         """Compare every move with the post on the film since the operation began with the pass."""

@@ -64,9 +64,14 @@ class AsRunOperation(Strict):
     """What the post really pressed with, one value or one for each point, where something measures it [g]."""
     load_g: float | None = None
     """Load by the pump's counters after the operation [g]."""
+    weighed_load_g: float | None = None
+    """Load by the balance, where it was weighed [g]."""
     position_mm: tuple[float, float, float] | None = None
     """Where the stage was after the operation, verified against the plan [mm]."""
     temperature_c: float | None = None
+    """Temperature that was measured on average while it was held, or that an operator confirmed [C]."""
+    deposited_ml: float | None = None
+    """Ink by the time for which the extruder's valve was open [mL]."""
     note: str = ""
 
 

@@ -5,12 +5,12 @@ from collections.abc import Callable
 from pathlib import Path
 
 from planner.program import Program
-from rig.assembly import Controller
 from rig.executor.operations import Operation
 from rig.executor.prompts import SimulatedOperator
 from rig.executor.session import run_session
 from rig.executor.view import Moment
 from rig.machine_file import RigDescription
+from rig.peripherals import Controller
 from rig.transport import Clock, Transport
 
 FRAME = 3

@@ -4,6 +4,7 @@ from contextlib import nullcontext, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.metadata import version
+from typing import Any
 
 from planner.errors import RigError
 from planner.program import Pass, Program
@@ -17,6 +18,7 @@ from rig.executor.past import Past
 from rig.executor.perform import Measured, Performer
 from rig.executor.resume import Resumption
 from rig.executor.run_log import RunLog
+from rig.executor.scale import Scale
 from rig.executor.view import Moment, Unseen, View
 from rig.machine_file import RigDescription
 
@@ -69,7 +71,17 @@ class Executor:
             tolerance_g=setup.tolerance_ml / pump.ml_per_g,
             watched="enclosure" not in rig.file.attended,
         )
-        self._performer = Performer(devices, guard, rig.machine, program.film.outline_mm, self._show)
+        self._performer = Performer(
+            devices,
+            guard,
+            rig.machine,
+            program.film.outline_mm,
+            scale=_scale(rig, devices),
+            show=self._show,
+            show_temperature=self._show_temperature,
+        )
+        self._weighed: set[int] = set()
+        """Layers whose load was weighed in this session."""
 
     def run(self) -> None:
         """Do all operations that are not done yet.
@@ -112,6 +124,7 @@ class Executor:
         if again and (problems := self._devices.switch_off()):  # whatever an earlier session left on
             raise RigError("; ".join(problems))
         with self._interrupts.waiting():
+            self._devices.connect()
             self._devices.stage.home()
         resumption = Resumption(self._devices, self._log, self._past, self._operations, self._interrupts)
         resumption.know_load()
@@ -135,6 +148,9 @@ class Executor:
         if again and next_one is not None:
             with self._interrupts.waiting():
                 self._performer.change_load(resumption.load_before(next_one))
+                weighed_g = self._performer.weigh()
+            if weighed_g is not None:
+                self._log.note(f"The load was weighed: {weighed_g:.3f} g.")
 
     def _do(self, operation: Operation) -> None:
         if operation.number in self._past.ended:
@@ -158,7 +174,7 @@ class Executor:
         self._tell(operation)
         try:
             with self._interrupts.waiting():
-                self._performer.perform(operation.step, measured)
+                self._performer.perform(operation.step, measured, weigh=self._is_first_load(operation))
         except RigError as error:
             measured.outcome = "interrupted" if isinstance(error, StoppedError | PausedError) else "failed"
             measured.facts["note"] = str(error)
@@ -168,6 +184,13 @@ class Executor:
             raise
         self._end(operation, attempt, start_s, measured)
         return measured.outcome
+
+    def _is_first_load(self, operation: Operation) -> bool:
+        """Tell whether an operation is the first change of a layer's load in this session, and remember it."""
+        if operation.kind != "load" or operation.layer is None or operation.layer in self._weighed:
+            return False
+        self._weighed.add(operation.layer)
+        return True
 
     def _end(self, operation: Operation, attempt: int, start_s: float, measured: Measured) -> None:
         record = AsRunOperation(
@@ -230,25 +253,36 @@ class Executor:
         done = self._past.ended
         left_s = sum(op.expected_s for op in self._operations[operation.number :] if op.number not in done)
         step, audited = operation.step, self._devices.audited_load()
-        temperature = getattr(step, "temperature_c", None)
         self._moment = Moment(
             operation=operation,
             count=len(self._operations),
             at_s=self._log.time.now_s(),
             position_mm=None if self._moment is None else self._moment.position_mm,
             load_g=step.load_g if isinstance(step, LoadChange) else None if audited is None else audited.load_g,
-            temperature_c=temperature,
+            temperature_c=None,
             left_s=left_s,
         )
         self._view.begin(self._moment)
 
     def _show(self, seen: Sighting) -> None:
+        self._see(position_mm=seen.position_mm)
+
+    def _show_temperature(self, measured_c: float) -> None:
+        self._see(temperature_c=measured_c)
+
+    def _see(self, **seen: Any) -> None:
         if self._moment is None:
             return
         now_s = self._log.time.now_s()
         left_s = max(0.0, self._moment.left_s - (now_s - self._moment.at_s))
-        self._moment = replace(self._moment, position_mm=seen.position_mm, at_s=now_s, left_s=left_s)
+        self._moment = replace(self._moment, at_s=now_s, left_s=left_s, **seen)
         self._view.move(self._moment)
+
+
+def _scale(rig: RigDescription, devices: Devices) -> Scale | None:
+    if devices.balance is None or rig.file.balance_line is None:
+        return None
+    return Scale(devices.stage, devices.load, devices.balance, rig.file.balance_line)
 
 
 def _date(utc_s: float) -> str:

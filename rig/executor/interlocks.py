@@ -3,7 +3,7 @@
 from planner.errors import RigError
 from planner.program import Machine
 from rig.executor.machine import Devices
-from rig.machine_file import Interlocks
+from rig.machine_sections import Interlocks
 
 CLOSE_MM = 0.01
 

@@ -1,17 +1,20 @@
 """How each kind of operation is done with the devices, and what was measured of it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from statistics import fmean
 from typing import Any
 
 from planner.errors import RigError
 from planner.program import Actuate, Cure, Cut, Deposit, Machine, Pass, Point, ResetAlignment
 from planner.program.as_run import Outcome
 from planner.program.timing import move_s, pass_s
-from rig.devices import Sighting
+from rig.devices import HotAir, HotPlate, Sighting, WarmsUp, Watch
 from rig.executor.interlocks import Guard
 from rig.executor.interrupts import PausedError
 from rig.executor.machine import Devices
 from rig.executor.operations import LoadChange, Step
+from rig.executor.scale import Scale
 from rig.executor.stroke import Stroke
 
 NEVER_S = 86_400.0
@@ -19,7 +22,7 @@ NEVER_S = 86_400.0
 HOT_S = 1800.0
 DEPOSITED_S = 3600.0
 LOOK_S = 1.0
-"""Time between two looks at the enclosure while the lamp shines [s]."""
+"""Time between two looks at the enclosure while the lamp shines, or at the temperature while it is held [s]."""
 
 
 @dataclass(kw_only=True)
@@ -40,31 +43,45 @@ class Performer:
         guard: interlocks, checked before each.
         machine: limits and speeds.
         outline_mm: region that is covered with ink.
+        scale: weighs the load, where there is a balance.
         show: called with where the stage was seen.
+        show_temperature: called with what was measured while something heats [C].
     """
 
     def __init__(
-        self, devices: Devices, guard: Guard, machine: Machine, outline_mm: tuple[Point, ...], show: Any
+        self,
+        devices: Devices,
+        guard: Guard,
+        machine: Machine,
+        outline_mm: tuple[Point, ...],
+        *,
+        scale: Scale | None,
+        show: Watch,
+        show_temperature: Callable[[float], None],
     ) -> None:
         self._devices = devices
         self._guard = guard
         self._machine = machine
         self._outline = outline_mm
+        self._scale = scale
         self._show = show
+        self._show_temperature = show_temperature
 
-    def perform(self, step: Step, measured: Measured) -> None:
-        """Do a step, and fill in what was measured, even if it fails on the way.
+    def perform(self, step: Step, measured: Measured, *, weigh: bool = False) -> None:
+        """Do a step, and fill in what was measured, even if it fails on the way; `weigh` a load that was changed.
 
         Raises:
             RigError: if a device fails, an interlock refuses, or somebody stops it.
         """
         match step:
             case Deposit():
-                self._deposit(step)
+                self._deposit(step, measured)
             case ResetAlignment():
                 self._reset(step, measured)
             case LoadChange():
                 self.change_load(step.load_g)
+                if weigh:
+                    measured.facts["weighed_load_g"] = self.weigh()
             case Pass():
                 self._scratch(step, measured)
             case Cure():
@@ -86,6 +103,14 @@ class Performer:
         self._guard.before_load_change()
         self._devices.load.set_load(load_g)
         self._devices.load.wait_settled(NEVER_S)
+
+    def weigh(self) -> float | None:
+        """Weigh the load and compare it with the pump's counters; return it [g], or None without a balance.
+
+        Raises:
+            RigError: if they differ, after which the load counts as unknown; or a device fails.
+        """
+        return None if self._scale is None else self._scale.weigh(self._show)
 
     def lift(self) -> None:
         """Lift the post to its clearance, verified.
@@ -124,28 +149,30 @@ class Performer:
             measured.facts["note"] = "held up on the way"
         self.lift()
 
-    def _deposit(self, step: Deposit) -> None:
+    def _deposit(self, step: Deposit, measured: Measured) -> None:
         self.lift()
         extruder = self._devices.extruder
         extruder.deposit(self._outline, step.thickness_mm)
         extruder.wait_deposited(DEPOSITED_S)
+        measured.facts["deposited_ml"] = extruder.deposited_ml
 
     def _reset(self, step: ResetAlignment, measured: Measured) -> None:
         self._guard.before_hot_air()
         air = self._devices.hot_air
         try:
             air.set_temperature(step.temperature_c)
-            air.wait_temperature(HOT_S)
-            self._devices.clock.sleep(step.duration_s)
+            air.wait_temperature(HOT_S, self._show_temperature)
+            self._hold(air, step.duration_s, measured)
         finally:
             air.turn_off()
-        measured.facts["temperature_c"] = step.temperature_c
 
     def _cure(self, step: Cure) -> None:
         self._guard.before_uv()
         lamp, clock = self._devices.lamp, self._devices.clock
         try:
             lamp.turn_on()
+            if isinstance(lamp, WarmsUp):
+                lamp.wait_warm(HOT_S, self._guard.during_uv)
             end_s = clock.now_s() + step.duration_s
             while (left_s := end_s - clock.now_s()) > 0:
                 clock.sleep(min(LOOK_S, left_s))
@@ -157,8 +184,19 @@ class Performer:
         plate = self._devices.hot_plate
         try:
             plate.set_temperature(step.temperature_c)
-            plate.wait_temperature(HOT_S)
-            self._devices.clock.sleep(step.hold_s)
-            measured.facts["temperature_c"] = plate.temperature_c()
+            plate.wait_temperature(HOT_S, self._show_temperature)
+            self._hold(plate, step.hold_s, measured)
         finally:
             plate.turn_off()
+
+    def _hold(self, heater: HotAir | HotPlate, duration_s: float, measured: Measured) -> None:
+        """Let time pass [s] and look at the temperature again and again, which is what its watch and watchdog need."""
+        clock, seen_c = self._devices.clock, list[float]()
+        end_s = clock.now_s() + duration_s
+        while True:
+            seen_c.append(heater.temperature_c())
+            self._show_temperature(seen_c[-1])
+            measured.facts["temperature_c"] = fmean(seen_c)
+            if (left_s := end_s - clock.now_s()) <= 0:
+                return
+            clock.sleep(min(LOOK_S, left_s))

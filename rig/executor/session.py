@@ -40,10 +40,26 @@ def preflight(program: Program, rig: RigDescription) -> tuple[Problem, ...]:
         InputError: with every reason why the machine must not run the Program.
     """
     problems = check(program, rig.machine)
-    errors = [problem for problem in problems if problem.severity == "error"]
+    errors = [f"{problem.where}: {problem.message}" for problem in problems if problem.severity == "error"]
+    errors += _balance_on_film(program, rig)
     if errors:
-        raise InputError([f"{problem.where}: {problem.message}" for problem in errors])
+        raise InputError(errors)
     return problems
+
+
+def _balance_on_film(program: Program, rig: RigDescription) -> list[str]:
+    """Refuse to weigh the post where the film lies."""
+    place = rig.file.balance_line
+    if rig.file.balance == "none" or place is None:
+        return []
+    ends = [(min(axis), max(axis)) for axis in zip(*program.film.outline_mm, strict=True)]
+    if not all(low <= at <= high for at, (low, high) in zip(place.at_mm, ends, strict=True)):
+        return []
+    (left, right), (front, back) = ends
+    return [
+        f"balance_line.at_mm: ({place.at_mm[0]:g}, {place.at_mm[1]:g}) lies on the film, which covers x {left:g} to "
+        f"{right:g} and y {front:g} to {back:g} mm; move the balance or the film"
+    ]
 
 
 def open_past(folder: Path, program: Program, rig: RigDescription, *, resume: bool) -> Past:

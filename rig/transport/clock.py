@@ -1,4 +1,4 @@
-"""The two clocks of the rig: one that is told what time it is, and the wall's."""
+"""The clocks of the rig: one that is told what time it is, the wall's, and one in step with it."""
 
 import time
 
@@ -38,3 +38,27 @@ class WallClock:
     def sleep(self, duration_s: float) -> None:
         """Let time pass [s]."""
         time.sleep(max(0.0, duration_s))
+
+
+class PacedClock(VirtualClock):
+    """Virtual time that passes so many times as fast as the wall's, so that a person can watch or real devices join."""
+
+    def __init__(self, pace: float) -> None:
+        super().__init__()
+        self._wall = WallClock()
+        self._pace = pace
+        self._begun_s = self._wall.now_s()
+
+    def now_s(self) -> float:
+        """Return the time since the clock was made [s]."""
+        self._now_s = max(self._now_s, (self._wall.now_s() - self._begun_s) * self._pace)
+        return self._now_s
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass [s]."""
+        self.advance_to(self.now_s() + duration_s)
+
+    def advance_to(self, time_s: float) -> None:
+        """Wait until it is a time [s]; one that is past changes nothing."""
+        self._wall.sleep((time_s - self.now_s()) / self._pace)
+        super().advance_to(time_s)

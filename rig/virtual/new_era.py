@@ -71,6 +71,11 @@ class VirtualPump:
         self._advance(now_s)
         return min([self._next_event()[0], *(time_s for time_s, _ in self._outbox)])
 
+    def water_ml(self, now_s: float) -> float:
+        """Return the water in the chamber at a time [mL], which follows the plunger with a lag."""
+        self._advance(now_s)
+        return self.plunger.water_ml
+
     def brown_out(self, now_s: float) -> None:
         """Interrupt the power for a moment: counters, program and wire start anew, settings are kept."""
         self._advance(now_s)

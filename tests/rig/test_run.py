@@ -17,7 +17,8 @@ from rig.executor.machine import Devices
 from rig.executor.operations import list_operations
 from rig.executor.prompts import SimulatedOperator
 from rig.executor.session import run_session
-from rig.machine_file import Interlocks
+from rig.machine_file import RigDescription
+from rig.machine_sections import Interlocks
 from rig.virtual.machine import VirtualMachine
 
 KINDS = (
@@ -105,7 +106,7 @@ def test_an_unfinished_run_wants_resume_and_the_same_program_and_rig(tmp_path: P
     scene = at(4, tmp_path, refuse)
     with pytest.raises(PausedError, match="paused before layer 1: load 3 g"):
         scene._session(resume=False)
-    assert scene.machine.lamp.shone_s == []
+    assert scene.machine.lamp.dose_s() == 0
     program, rig, folder = small_program(), small_rig(), tmp_path / "run"
     with pytest.raises(InputError, match="unfinished run; go on with it with --resume"):
         run_session(program, rig, folder)
@@ -151,7 +152,7 @@ def test_the_pot_life_is_watched(tmp_path: Path) -> None:
     with pytest.raises(PausedError, match="older than its alignment lasts"):
         scene._session(resume=False)
     assert "min old and their alignment" in asked[0]
-    assert scene.machine.lamp.shone_s == []
+    assert scene.machine.lamp.dose_s() == 0
 
 
 def test_a_layer_over_its_budget_is_noted(tmp_path: Path) -> None:
@@ -164,27 +165,27 @@ def test_a_layer_over_its_budget_is_noted(tmp_path: Path) -> None:
 
 def test_an_open_enclosure_keeps_the_lamp_dark(tmp_path: Path) -> None:
     def open_it(scene: Scene) -> None:
-        scene.machine.enclosure.closed = False
+        scene.machine.enclosure.door_is_closed = False
 
     scene = at(0, tmp_path, open_it)
     with pytest.raises(RigError, match="enclosure is open"):
         scene._session(resume=False)
-    assert scene.machine.lamp.shone_s == []
-    assert scene.machine.hot_air.is_on is False
+    assert scene.machine.lamp.dose_s() == 0
+    assert scene.machine.hot_air.target_c is None
 
 
 def test_an_enclosure_that_is_opened_while_it_cures_turns_the_lamp_off(tmp_path: Path) -> None:
     scene = at(99, tmp_path, lambda scene: None)
-    turn_on = scene.machine.lamp.turn_on
+    switch = scene.machine.lamp.switch
 
-    def turned_on() -> None:
-        turn_on()
-        scene.machine.enclosure.closed = False
+    def switched(*, on: bool) -> None:
+        switch(on=on)
+        scene.machine.enclosure.door_is_closed = False
 
-    scene.machine.lamp.turn_on = turned_on  # type: ignore[method-assign]
+    scene.machine.lamp.switch = switched  # type: ignore[method-assign]
     with pytest.raises(RigError, match="enclosure is open"):
         scene._session(resume=False)
-    assert scene.machine.lamp.shone_s == [pytest.approx(1.0)]
+    assert scene.machine.lamp.dose_s() == pytest.approx(1.0)
 
 
 def test_a_pump_that_somebody_ran_stops_the_run_before_the_pass(tmp_path: Path) -> None:
@@ -209,6 +210,11 @@ class Fake:
 
     turn_off = stop
 
+    def say_stop(self) -> None:
+        self._told.append(f"{self._name}: say")
+        if self._fails:
+            raise RigError(f"{self._name} does not answer")
+
     def position_mm(self) -> tuple[float, float, float]:
         return (0.0, 0.0, 0.5)
 
@@ -220,6 +226,7 @@ def fakes(told: list[str], *fail: str) -> Devices:
         clock=BoundedClock(),
         operator=SimulatedOperator(),
         audited_load=lambda: None,
+        connect=lambda: None,
         identities=dict,
         **made,  # type: ignore[arg-type]
     )
@@ -228,7 +235,7 @@ def fakes(told: list[str], *fail: str) -> Devices:
 def test_everything_is_stopped_in_order_whatever_fails() -> None:
     told: list[str] = []
     problems = fakes(told, "stage", "hot_air").stop()
-    assert told == ["stage", "load", "extruder", "hot_air", "lamp", "hot_plate"]
+    assert told == ["stage: say", "load: say", "extruder", "hot_air", "lamp", "hot_plate", "stage", "load"]
     assert problems == ["stage: stage does not answer", "hot air: hot_air does not answer"]
 
 
@@ -266,21 +273,33 @@ def test_a_stop_with_dead_lines_takes_a_bounded_time(tmp_path: Path) -> None:
     scene = at(7, tmp_path, deaden)  # the cure: lamp on
     with pytest.raises(RigError):
         scene._session(resume=False)
-    assert not scene.machine.lamp.is_on
+    assert not scene.machine.lamp.shines
     assert scene.now_s - times[0] < 60.0
 
 
-def test_a_weak_post_shows_in_the_log_and_not_in_the_counters(tmp_path: Path) -> None:
+def rig_with(**simulated: float) -> RigDescription:
     rig = small_rig()
-    weak = rig.file.simulated.model_copy(update={"post_friction_g": 0.8})
-    rig = type(rig)(file=rig.file.model_copy(update={"simulated": weak}), machine=rig.machine)
-    run_session(small_program(), rig, tmp_path / "run")
-    first = next(op for op in operations_of(tmp_path / "run") if op["kind"] == "pass")
-    assert first["load_g"] == pytest.approx(2.0, abs=0.003)
-    assert first["post_load_g"][0] == pytest.approx(1.2, abs=0.05)
+    changed = rig.file.simulated.model_copy(update=simulated)
+    return RigDescription(file=rig.file.model_copy(update={"simulated": changed}), machine=rig.machine)
+
+
+def test_a_post_that_sticks_shows_in_the_log_and_not_in_the_counters(tmp_path: Path) -> None:
+    run_session(small_program(), rig_with(post_friction_g=0.8), tmp_path / "run")
+    passes = [op for op in operations_of(tmp_path / "run") if op["kind"] == "pass"]
+    assert passes[0]["load_g"] == pytest.approx(2.0, abs=0.003)
+    assert passes[0]["post_load_g"][0] == pytest.approx(1.2, abs=0.05)
+    assert passes[3]["post_load_g"][0] == pytest.approx(1.8, abs=0.05)  # unloaded from 3 g to 1 g
     film = load_as_run(tmp_path / "run" / "as-run.jsonl")
     assert film.program.layers[0].passes[0].load_g == pytest.approx((1.2,), abs=0.05)
-    assert film.pass_strength[1][0] < 1  # 1 g less 0.8 g is below what was calibrated
+
+
+def test_a_pump_that_leaks_shows_in_the_log_and_not_in_the_counters(tmp_path: Path) -> None:
+    run_session(small_program(), rig_with(pump_leak=0.8), tmp_path / "run")
+    first = next(op for op in operations_of(tmp_path / "run") if op["kind"] == "pass")
+    assert first["load_g"] == pytest.approx(2.0, abs=0.003)
+    assert first["post_load_g"][0] == pytest.approx(0.4, abs=0.05)
+    film = load_as_run(tmp_path / "run" / "as-run.jsonl")
+    assert film.pass_strength[1][0] < 1  # 0.2 g is below what was calibrated
 
 
 def test_a_pass_that_was_left_in_the_middle_counts_as_far_as_it_was_seen(tmp_path: Path) -> None:
