@@ -38,6 +38,10 @@ class MarlinLine:
         """Return the time of the line's clock [s]."""
         return self._transport.clock.now_s()
 
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass [s]."""
+        self._transport.clock.sleep(duration_s)
+
     def start(self) -> None:
         """Begin to count lines, after what an opened port or a reset may have set off.
 

@@ -113,6 +113,8 @@ class MarlinStage(AuditedStage):
                 if self._line.now_s() > self._asked_s + ASK_S:
                     self._look(watch)
                     self._asked_s = self._line.now_s()
+            while not self._look(watch) and self._line.now_s() < end_s:
+                self._line.sleep(ASK_S)
             self._line.command("M400", max(0.0, end_s - self._line.now_s()))
             self._arrive(end_s)
         self._expected_s = 0.0
@@ -164,12 +166,16 @@ class MarlinStage(AuditedStage):
             self._line.command(self._moves[0], COMMAND_S)
             self._moves.popleft()
 
-    def _look(self, watch: Watch | None) -> None:
-        """Compare where it is on the way with the path, and show it; nothing can hold a Marlin up but its supply."""
+    def _look(self, watch: Watch | None) -> bool:
+        """Compare where it is on the way with the path, show it, and return whether it is at the end.
+
+        Nothing tells whether somebody holds it up: that only shows in the time.
+        """
         at = self._position()
         self._audit.on_path(at)
         if watch is not None:
             watch(Sighting(position_mm=self._film(at), held=False))
+        return dist(at, self._audit.end_mm) <= max(self._step)
 
     def _arrive(self, end_s: float) -> None:
         """Verify the position; an `ok` too many may have ended the waiting early."""
