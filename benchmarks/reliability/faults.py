@@ -1,6 +1,7 @@
 """The faults: what each does to a run at the moment when it strikes."""
 
 from collections.abc import Callable
+from math import inf
 
 from benchmarks.reliability.scene import Scene
 from rig.transport import Fault
@@ -85,6 +86,27 @@ def _interrupt(times: int) -> Arm:
     return arm
 
 
+def _alarm_2(scene: Scene) -> None:
+    """Raise the alarm of a soft limit at the next sighting: the position is kept, and the controller wants a reset."""
+    scene.on_move.append(lambda: scene.machine.grbl.schedule("soft limit", scene.now_s))
+
+
+def _truncated(line: str) -> Arm:
+    def cut(data: bytes) -> bytes:
+        return data[: len(data) // 2]
+
+    def arm(scene: Scene) -> None:
+        scene.lines[line].change_in = cut  # pyright: ignore[reportArgumentType]
+
+    return arm
+
+
+def _out_of_range(scene: Scene) -> None:
+    """Let the pump run out of its program: it tells so by an alarm, and stops."""
+    pump, at_ml = scene.machine.pump, scene.machine.pump.plunger.travelled_ml + 0.1
+    pump.out_of_range_at_ml = at_ml
+
+
 def _suspend(scene: Scene) -> None:
     scene.on_move.append(lambda: scene.machine.clock.sleep(4000.0))
 
@@ -136,6 +158,8 @@ FAULTS: dict[str, Arm] = {
     "stage: ok twice": _answers("stage", b"ok\r\n", b"ok\r\nok\r\n"),
     "stage: stray ok": _wire("stage", kind="insert", way="in", at=0, inserted=b"ok\r\n"),
     "stage: hard limit (alarm 1, with the swallowed reset)": _mishap("hard limit"),
+    "stage: soft limit in motion (alarm 2)": _alarm_2,
+    "stage: reply cut short": _truncated("stage"),
     "stage: reset in motion (alarm 3)": _moving(b"\x18"),
     "stage: brown-out": _mishap("brown-out"),
     "stage: feed hold, resumed": _moving(b"!", b"", b"", b"~"),
@@ -150,6 +174,9 @@ FAULTS: dict[str, Arm] = {
     "pump: stall in a dose": _dose("stall_at_ml"),
     "pump: power lost in a dose": _dose("brown_out_at_ml"),
     "pump: power lost": lambda scene: scene.machine.pump.brown_out(scene.now_s),
+    "pump: phase out of range in a dose (alarm O)": _out_of_range,
+    "pump: refuses as out of range (?OOR)": _set("machine.pump.refuses_next", "?OOR"),
+    "pump: reply cut short": _truncated("pump"),
     "pump: reply to RUN lost": _set("machine.pump.lose_reply_to", "RUN"),
     "pump: reply to DIS lost": _set("machine.pump.lose_reply_to", "DIS"),
     "pump: address changed": _until_resumed(_set("machine.pump.address", 7), _set("machine.pump.address", 0)),
@@ -168,6 +195,15 @@ FAULTS: dict[str, Arm] = {
     "host: date set back by a day, then stopped": lambda scene: _stop_and(_date(-86_400.0))(scene),
     "operator: says no": _set("operator.refusals", 1),
     "operator: says no three times": _set("operator.refusals", 3),
+    "hot air: dead element": _until_resumed(
+        _set("machine.hot_air.broken_at_s", 0.0), _set("machine.hot_air.broken_at_s", inf)
+    ),
+    "hot plate: dead element": _until_resumed(
+        _set("machine.hot_plate.broken_at_s", 0.0), _set("machine.hot_plate.broken_at_s", inf)
+    ),
+    "hot plate: loose sensor": _until_resumed(
+        _set("machine.hot_plate.sensor_loose_at_s", 0.0), _set("machine.hot_plate.sensor_loose_at_s", inf)
+    ),
     "enclosure: opened": _until_resumed(
         _set("machine.enclosure.door_is_closed", False), _set("machine.enclosure.door_is_closed", True)
     ),

@@ -16,7 +16,7 @@ from rig.executor.machine import Devices
 from rig.executor.operations import LoadChange, Operation, list_operations
 from rig.executor.past import Past
 from rig.executor.perform import Measured, Performer
-from rig.executor.resume import Resumption
+from rig.executor.resume import DISTURBED, Resumption
 from rig.executor.run_log import RunLog
 from rig.executor.scale import Scale
 from rig.executor.view import Moment, Unseen, View
@@ -159,7 +159,9 @@ class Executor:
         self._check_life(operation)
         attempt = self._past.attempts.get(operation.number, 0) + 1
         while self._attempt(operation, attempt) == "spoiled":
-            if not self._devices.operator.confirm(f"{operation.title} was disturbed. Scratch it again?"):
+            if not self._devices.operator.confirm(DISTURBED.format(operation.title)):
+                if self._interrupts.wanted != "stop":  # whose no is an answer: else it is asked again on resume
+                    self._log.kept(operation)
                 break
             attempt += 1
             if isinstance(operation.step, Pass):  # its load may have changed along it

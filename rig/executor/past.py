@@ -27,6 +27,8 @@ class Past:
     ended: frozenset[int] = frozenset()
     attempts: dict[int, int] = field(default_factory=dict)
     begun: Begun | None = None
+    spoiled: int | None = None
+    """The disturbed stroke of which nobody has decided yet whether it is done again."""
     load: AuditedLoad | None = None
     """What the pump's counters last said; None if they never were read or the load was not known."""
     touched_s: dict[int, float] = field(default_factory=dict)
@@ -50,6 +52,7 @@ def read_past(entries: list[dict[str, Any]], *, program: str, rig: str, path: st
     attempts: dict[int, int] = {}
     touched: dict[int, float] = {}
     begun: Begun | None = None
+    spoiled: int | None = None
     load: AuditedLoad | None = None
     sessions, finished, records = 0, False, []
     for entry in entries:
@@ -60,6 +63,7 @@ def read_past(entries: list[dict[str, Any]], *, program: str, rig: str, path: st
             case "begin":
                 begun = Begun(number=entry["op"], attempt=entry["attempt"], at_s=entry["at_s"], ended=False)
                 attempts[begun.number] = begun.attempt
+                spoiled = None
                 ended.discard(begun.number)  # a disturbed stroke is done again: the new attempt counts
                 if entry.get("touches") is not None:
                     touched.setdefault(entry["touches"], entry["at_s"])
@@ -68,6 +72,9 @@ def read_past(entries: list[dict[str, Any]], *, program: str, rig: str, path: st
                 if verified:
                     ended.add(number)
                 begun = None if verified else _closed(begun, entry)
+                spoiled = number if entry["record"]["outcome"] == "spoiled" else None
+            case "kept":
+                spoiled = None
             case "closed":
                 finished = entry["record"]["outcome"] == "finished"
         if "load" in entry:
@@ -78,6 +85,7 @@ def read_past(entries: list[dict[str, Any]], *, program: str, rig: str, path: st
         ended=frozenset(ended),
         attempts=attempts,
         begun=begun,
+        spoiled=spoiled,
         load=load,
         touched_s=touched,
         at_s=entries[-1]["at_s"] if entries else 0.0,

@@ -27,6 +27,8 @@ AGAIN = {
     "actuate": "Shall the film be heated again?",
 }
 
+DISTURBED = "{} was disturbed. Scratch it again?"
+
 
 class Resumption:
     """Brings machine and journal together before the first operation of a session."""
@@ -69,6 +71,8 @@ class Resumption:
             PausedError: if the operator does not decide.
         """
         begun = past.begun
+        if past.spoiled is not None:
+            return self._settle_spoiled(past, self._operations[past.spoiled])
         if begun is None:
             return past
         operation = self._operations[begun.number]
@@ -88,6 +92,12 @@ class Resumption:
         if operation.kind != "pass" and ask(f"{what} {again}"):
             return replace(past, begun=None)
         raise PausedError(f"{what} Decide what becomes of it, then resume.")
+
+    def _settle_spoiled(self, past: Past, operation: Operation) -> Past:
+        if self._devices.operator.confirm(DISTURBED.format(operation.title)):
+            return replace(past, spoiled=None, ended=past.ended - {operation.number})
+        self._log.kept(operation)
+        return replace(past, spoiled=None)
 
     def load_before(self, operation: Operation) -> float:
         """Return the load that the Program has in the chamber before an operation [g]."""

@@ -98,6 +98,12 @@ class RunLog:
         """Write down how an operation ended."""
         self._write("end", record, {"op": record.number, "load": load_to(load)})
 
+    def kept(self, operation: Operation) -> None:
+        """Write down that a disturbed stroke is left as it is, by the operator's word."""
+        self._journal.write(
+            {"event": "kept", "op": operation.number, "at_s": self.time.now_s(), "utc_s": self.time.utc_s()}
+        )
+
     def answer(self, question: str, *, yes: bool, by: str) -> None:
         """Write down what the operator answered."""
         self._write("answer", AsRunAnswer(at_s=self.time.now_s(), question=question, yes=yes, by=by))

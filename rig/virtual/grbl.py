@@ -51,7 +51,7 @@ class VirtualGrbl(GrblCommands):
         return now_s if self._out else self._next_s()
 
     def schedule(self, mishap: Mishap, at_s: float) -> None:
-        """Let something happen at a time [s]: a limit switch trips, or the supply breaks down for a moment."""
+        """Let something happen at a time [s]: a limit switch trips, a soft limit is believed to be passed, or the supply breaks down."""
         self._mishaps.append((at_s, mishap))
         self._mishaps.sort()
 
@@ -224,6 +224,9 @@ class VirtualGrbl(GrblCommands):
             self._out.clear()
             self.state = "Alarm"
             self._say(BANNER + LOCK)
+        elif mishap == "soft limit" and not self._critical:
+            self._program = self._soft_limit()
+            self._wait = next(self._program)
         elif not self._critical:
             self._lose_position()
             self._program = self._alarm(1)

@@ -14,7 +14,7 @@ REPORTS_PER_OFFSET = 10
 State = Literal["Idle", "Run", "Hold", "Jog", "Home", "Alarm", "Door"]
 Wait = Literal["room", "empty", "stopped", "reset"] | float
 """What a line waits for: room in the queue, its end, the end of braking, a reset, or a time [s]."""
-Mishap = Literal["hard limit", "brown-out"]
+Mishap = Literal["hard limit", "soft limit", "brown-out"]
 
 
 class GrblState:

@@ -140,6 +140,34 @@ def test_a_disturbed_stroke_is_offered_for_redo(tmp_path: Path) -> None:
         assert attempts == ([(1, "spoiled"), (2, "done")] if yes else [(1, "spoiled")])
 
 
+def test_a_disturbed_stroke_is_offered_again_if_the_host_dies_before_its_redo(tmp_path: Path) -> None:
+    def hold(scene: Scene) -> None:
+        scene.on_move += [
+            lambda data=data: scene.machine.grbl.receive(data, scene.now_s)
+            for data in (*[b""] * 45, b"!", b"", b"", b"~")
+        ]
+
+    for yes in (True, False):
+        folder = tmp_path / str(yes)
+        scene, asked = at(3, folder, hold), []
+
+        def confirm(question: str, scene=scene, asked=asked, yes=yes) -> bool:
+            if "Scratch it again" not in question:
+                return True
+            asked.append(question)
+            if len(asked) == 1:
+                scene.kill()
+            return yes
+
+        scene.operator.confirm = confirm  # type: ignore[method-assign]
+        ended = scene.run()
+        assert ended.finished
+        assert ended.wrong == ()
+        assert len(asked) == 2
+        attempts = [(op["attempt"], op["outcome"]) for op in operations_of(folder / "run") if op["number"] == 3]
+        assert attempts == ([(1, "spoiled"), (2, "done")] if yes else [(1, "spoiled")])
+
+
 def test_the_pot_life_is_watched(tmp_path: Path) -> None:
     asked, told = [], []
 
