@@ -30,6 +30,11 @@ Watch = Callable[[Sighting], None]
 class Stage(Protocol):
     """Three-axis stage with the scratch post; x, y in the film frame, z up from the film's surface [mm]."""
 
+    @property
+    def late_s(self) -> float | None:
+        """How much longer the last moves took than by the kinematics [s]; None if nothing tells."""
+        ...
+
     def home(self) -> None:
         """Find the reference position; any earlier position is void until then."""
         ...

@@ -1,6 +1,5 @@
 """The stage behind a Grbl controller: moves that are audited, since the wire has no check of its own."""
 
-import logging
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import pairwise
@@ -25,9 +24,6 @@ SLACK_S = 10.0
 SLACK = 1.5
 HELD = ("Hold", "Door")
 """States in which it was held up on its way."""
-LATE_S = 0.1
-"""Lateness that is told in the log [s]."""
-_log = logging.getLogger(__name__)
 LATE = "check that the axes move freely and that nothing slowed the host down, then home"
 
 
@@ -50,7 +46,7 @@ class GrblStage(AuditedStage):
         """Talk over a line to the controller with such settings; the film's centre is at a machine position [mm].
 
         Moves that take longer than by the kinematics by more than `pace_tolerance_s` [s] are a failure; without it that
-        is only told in the log and by `late_s`.
+        is only told by `late_s`.
         """
         reach = tuple((-far, 0.0) for far in controller.travel_mm)
         super().__init__(limits=limits, step_mm=controller.step_mm, origin_mm=origin_mm, reach_mm=reach)
@@ -134,8 +130,6 @@ class GrblStage(AuditedStage):
             self._pace.ended(grbl_lines.SYNCHRONISE_S, self._line.before_s, self._line.heard_s)
             self._verify(self._line.status())
             self._not_late()
-        if self._pace.late_s > LATE_S:
-            _log.warning("stage: the last moves took %.2f s longer than planned", self._pace.late_s)
         self._expected_s = 0.0
 
     def position_mm(self) -> tuple[float, float, float]:

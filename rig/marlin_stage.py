@@ -53,6 +53,11 @@ class MarlinStage(AuditedStage):
         self._asked_s = 0.0
 
     @property
+    def late_s(self) -> float | None:
+        """Not told, since its planner is not modelled."""
+        return None
+
+    @property
     def resends(self) -> int:
         """How many lines were said again so far."""
         return self._line.resends

@@ -21,6 +21,8 @@ NEVER_S = 86_400.0
 """For waits that end by a limit of their own [s]."""
 HOT_S = 1800.0
 DEPOSITED_S = 3600.0
+LATE_S = 0.1
+"""Lateness of a pass that is noted [s]."""
 LOOK_S = 1.0
 """Time between two looks at the enclosure while the lamp shines, or at the temperature while it is held [s]."""
 
@@ -144,6 +146,9 @@ class Performer:
         devices.load.wait_settled(NEVER_S)
         lowering_s = move_s(stage.lift_mm, stage.lift_speed_mm_s, stage.acceleration_mm_s2)
         measured.stroke, measured.facts["post_load_g"] = stroke.done(took_s - lowering_s, pass_s(step, stage))
+        late_s = devices.stage.late_s
+        if late_s is not None and late_s > LATE_S:
+            measured.facts["note"] = f"{late_s:.2f} s later than planned"
         if stroke.held:
             measured.outcome = "spoiled"
             measured.facts["note"] = "held up on the way"

@@ -51,7 +51,7 @@ class VirtualGrbl(GrblCommands):
         return now_s if self._out else self._next_s()
 
     def schedule(self, mishap: Mishap, at_s: float) -> None:
-        """Let something happen at a time [s]: a limit switch trips, a soft limit is believed to be passed, or the supply breaks down."""
+        """Let something happen at a time [s]: a switch trips, a line asks for too far, or the supply breaks down."""
         self._mishaps.append((at_s, mishap))
         self._mishaps.sort()
 
