@@ -15,7 +15,8 @@ positions, {doses} wrong or doubled doses, {twice} operations done twice, {missi
 
 How it is checked: whenever the run takes an operation for done, the virtual machine is asked where its axes
 really are (in steps, not as its controller believes), where its post touched the film since the operation
-began, and how much water its plunger really moved. A session that fails says why, the cause is put right (cable
+began, how much water its plunger really moved, how much ink flowed, how long the lamp shone, how warm air and
+plate became, and whether all of them are off. A session that fails says why, the cause is put right (cable
 plugged in, disk freed), and the run is resumed with an operator who says yes, until it is finished; then the
 as-run log must have each operation exactly once as ended. That the check itself can fail is tested in
 tests/rig/test_reliability.py.

@@ -165,6 +165,8 @@ class Scene:
         if self.on_move:
             self.on_move.pop(0)()
 
+    def clear(self) -> None: ...
+
     def run(self) -> Ended:
         """Run, and resume until it is finished or nothing helps."""
         told: list[str] = []

@@ -17,8 +17,7 @@ DOSE_ML = 0.012
 """Two doses' tolerance and the pump's step: more is a wrong load."""
 TOUCHING_MM = 0.5
 INK_ML = 0.02
-NEAR_C = 10.0
-"""How much colder than asked for something may be a moment after it was held at its temperature [C]."""
+NEAR_C = 3.0
 
 
 class Truth:
@@ -45,9 +44,14 @@ class Truth:
         self._begun = moment.operation
         self._trace_from = len(self._machine.grbl.motion.trace)
         self._given_before = self._given()
+        for heater in (self._machine.hot_air, self._machine.hot_plate):
+            heater.hottest_c = heater.body_c(self._machine.clock.now_s())
 
     def move(self, moment: Moment) -> None:
         """Nothing is checked on the way."""
+
+    def clear(self) -> None:
+        """Nothing is shown."""
 
     def forget(self) -> None:
         """Check nothing of an operation that the run itself says has failed."""
@@ -100,9 +104,8 @@ class Truth:
                 self._check_heat(operation, machine.hot_plate, wanted_c)
 
     def _check_heat(self, operation: Operation, heater: VirtualHeater, wanted_c: float) -> None:
-        body_c = heater.body_c(self._machine.clock.now_s())
-        if body_c < wanted_c - NEAR_C:
-            self._say(operation, f"it was {body_c:.0f} C warm, not {wanted_c:g}")
+        if heater.hottest_c < wanted_c - NEAR_C:
+            self._say(operation, f"it was {heater.hottest_c:.0f} C warm, not {wanted_c:g}")
 
     def _given(self) -> tuple[float, float]:
         return self._machine.lamp.dose_s(), self._machine.extruder.out_ml()

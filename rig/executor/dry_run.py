@@ -62,6 +62,9 @@ class ToldView:
     def move(self, moment: Moment) -> None:
         """Tell nothing: a dry run is fast."""
 
+    def clear(self) -> None:
+        """Nothing is shown."""
+
 
 def run_dry(program: Program, rig: RigDescription, say: Callable[[str], None]) -> float:
     """Run a Program on the rig's simulation, telling everything, and return how long it would take [s].
@@ -85,6 +88,7 @@ def _texts(data: bytes) -> list[str]:
     """Write bytes as text: lines of the stage's controller, the pump's packets without their frame."""
     if data == b"?":
         return []
-    if data[:1] == b"\x02":
-        return [data[2:-FRAME].decode("latin-1")]
-    return [part.decode("latin-1").encode("unicode_escape").decode("ascii") for part in data.split(b"\n") if part]
+    bare = data.strip(b"\r")
+    if bare[:1] == b"\x02":
+        return [bare[2:-FRAME].decode("latin-1")]
+    return [part.decode("latin-1").encode("unicode_escape").decode("ascii") for part in data.splitlines() if part]

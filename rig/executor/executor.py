@@ -79,6 +79,7 @@ class Executor:
             scale=_scale(rig, devices),
             show=self._show,
             show_temperature=self._show_temperature,
+            show_time=self._see,
         )
         self._weighed: set[int] = set()
         """Layers whose load was weighed in this session."""
@@ -160,7 +161,7 @@ class Executor:
         attempt = self._past.attempts.get(operation.number, 0) + 1
         while self._attempt(operation, attempt) == "spoiled":
             if not self._devices.operator.confirm(DISTURBED.format(operation.title)):
-                if self._interrupts.wanted != "stop":  # whose no is an answer: else it is asked again on resume
+                if self._interrupts.wanted == "nothing":  # whose no is an answer: else it is asked again on resume
                     self._log.kept(operation)
                 break
             attempt += 1
@@ -263,6 +264,7 @@ class Executor:
             load_g=step.load_g if isinstance(step, LoadChange) else None if audited is None else audited.load_g,
             temperature_c=None,
             left_s=left_s,
+            pausing=False,
         )
         self._view.begin(self._moment)
 
@@ -277,7 +279,9 @@ class Executor:
             return
         now_s = self._log.time.now_s()
         left_s = max(0.0, self._moment.left_s - (now_s - self._moment.at_s))
-        self._moment = replace(self._moment, at_s=now_s, left_s=left_s, **seen)
+        self._moment = replace(
+            self._moment, at_s=now_s, left_s=left_s, pausing=self._interrupts.wanted == "pause", **seen
+        )
         self._view.move(self._moment)
 
 

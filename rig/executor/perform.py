@@ -48,6 +48,7 @@ class Performer:
         scale: weighs the load, where there is a balance.
         show: called with where the stage was seen.
         show_temperature: called with what was measured while something heats [C].
+        show_time: called now and then while nothing else is to be seen.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Performer:
         scale: Scale | None,
         show: Watch,
         show_temperature: Callable[[float], None],
+        show_time: Callable[[], None],
     ) -> None:
         self._devices = devices
         self._guard = guard
@@ -68,6 +70,7 @@ class Performer:
         self._scale = scale
         self._show = show
         self._show_temperature = show_temperature
+        self._show_time = show_time
 
     def perform(self, step: Step, measured: Measured, *, weigh: bool = False) -> None:
         """Do a step, and fill in what was measured, even if it fails on the way; `weigh` a load that was changed.
@@ -182,6 +185,7 @@ class Performer:
             while (left_s := end_s - clock.now_s()) > 0:
                 clock.sleep(min(LOOK_S, left_s))
                 self._guard.during_uv()
+                self._show_time()
         finally:
             lamp.turn_off()
 

@@ -10,6 +10,7 @@ from contextlib import suppress
 from rig.devices import Operator
 from rig.executor.interrupts import Interrupts
 from rig.executor.run_log import RunLog
+from rig.executor.view import View
 
 TRIES = 3
 PATIENCE_S = 3600.0
@@ -22,7 +23,7 @@ class TerminalOperator:
     name = "operator"
 
     def __init__(self, interrupts: Interrupts | None = None, *, patience_s: float = PATIENCE_S) -> None:
-        """Ask until somebody answers, or wishes the run to stop."""
+        """Ask until somebody answers, or wishes by Ctrl-C to pause or to stop, which is no answer."""
         self._interrupts = interrupts or Interrupts()
         self._patience_s = patience_s
         self._typed = b""
@@ -52,9 +53,10 @@ class TerminalOperator:
     def _line(self) -> str | None:
         # Read without the stream's buffer, in which a second line would hide from `select`.
         terminal, end_s = sys.stdin.fileno(), time.monotonic() + self._patience_s
+        wanted = self._interrupts.wanted
         while b"\n" not in self._typed and time.monotonic() < end_s:
             readable, _, _ = select.select([terminal], [], [], 0.2)
-            if self._interrupts.wanted == "stop":
+            if self._interrupts.wanted not in (wanted, "nothing") or self._interrupts.wanted == "stop":
                 return None
             if readable:
                 data = os.read(terminal, 1024)
@@ -99,10 +101,11 @@ class SimulatedOperator:
 class RecordedOperator:
     """Another operator, whose answers are written into the run's log."""
 
-    def __init__(self, operator: Operator) -> None:
+    def __init__(self, operator: Operator, view: View) -> None:
         self.log: RunLog | None = None
         """Where answers go, from when on there is a log."""
         self._operator = operator
+        self._view = view
 
     def confirm(self, question: str) -> bool:
         """Ask, and write the answer down.
@@ -110,6 +113,7 @@ class RecordedOperator:
         Raises:
             RigError: if it cannot be written.
         """
+        self._view.clear()
         yes = self._operator.confirm(question)
         if self.log is not None:
             self.log.answer(question, yes=yes, by=getattr(self._operator, "name", "operator"))

@@ -17,7 +17,7 @@ from rig.executor.journal import JOURNAL_FILE, Journal, read_journal
 from rig.executor.past import Past, read_past
 from rig.executor.prompts import AbsentOperator, RecordedOperator, SimulatedOperator, TerminalOperator
 from rig.executor.run_log import RunLog, RunTime
-from rig.executor.view import View
+from rig.executor.view import Unseen, View
 from rig.machine_file import RigDescription
 from rig.virtual.machine import VirtualMachine
 
@@ -134,7 +134,8 @@ def run_session(
     try:
         past = open_past(folder, program, rig, resume=resume)  # now that nobody else writes it
         interrupts = interrupts or Interrupts()
-        who = RecordedOperator(operator or operator_for(rig, interrupts))
+        view = view or Unseen()
+        who = RecordedOperator(operator or operator_for(rig, interrupts), view)
         opened = open_rig(
             rig,
             who,

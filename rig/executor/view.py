@@ -20,6 +20,8 @@ class Moment:
     temperature_c: float | None
     left_s: float
     """Time until the end, by the kinematic model [s]."""
+    pausing: bool
+    """Whether somebody wishes a pause, which comes after this operation."""
 
 
 class View(Protocol):
@@ -30,7 +32,11 @@ class View(Protocol):
         ...
 
     def move(self, moment: Moment) -> None:
-        """See the stage move."""
+        """See the stage move, or something warm up or be waited for."""
+        ...
+
+    def clear(self) -> None:
+        """Show nothing until the next moment, since the operator is asked something."""
         ...
 
 
@@ -42,3 +48,6 @@ class Unseen:
 
     def move(self, moment: Moment) -> None:
         """See nothing."""
+
+    def clear(self) -> None:
+        """Show nothing, as ever."""

@@ -65,6 +65,18 @@ def test_a_stop_ends_a_question(keyboard: int) -> None:
     assert TerminalOperator(interrupts).confirm("Ready?") is False
 
 
+def test_ctrl_c_at_a_question_is_no_answer(keyboard: int) -> None:
+    interrupts = Interrupts()
+    timer = threading.Timer(0.15, interrupts.pause)
+    timer.start()
+    assert TerminalOperator(interrupts, patience_s=5.0).confirm("Ready?") is False
+    timer.join()
+    # one that was wished for before is why it is asked
+    timer = typed_later(keyboard, b"y\n")
+    assert TerminalOperator(interrupts, patience_s=5.0).confirm("Paused. Go on?") is True
+    timer.join()
+
+
 def test_an_answer_given_twice_does_not_answer_the_next_question(keyboard: int) -> None:
     os.write(keyboard, b"y\ny\n")
     assert TerminalOperator(patience_s=0.3).confirm("Is the lamp off?") is False

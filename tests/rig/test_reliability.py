@@ -44,6 +44,17 @@ def test_lost_steps_and_water_that_came_from_elsewhere_are_seen_by_the_check(tmp
     assert any("chamber holds 2.5" in text for text in run(tmp_path / "b", add_water, 4).wrong)
 
 
+def test_a_lamp_that_stays_dark_and_a_clogged_nozzle_are_seen_by_the_check(tmp_path: Path) -> None:
+    def burn_out(scene: Scene) -> None:
+        scene.machine.lamp.burnt_out = True
+
+    def clog(scene: Scene) -> None:
+        scene.machine.extruder.flow_ml_min /= 2
+
+    assert any("was cured for 0.00 s, not 10" in text for text in run(tmp_path / "a", burn_out, 7).wrong)
+    assert any("has 0.160 cm3 of ink" in text for text in run(tmp_path / "b", clog, 8).wrong)
+
+
 def test_without_the_position_audit_wrong_positions_are_silent(tmp_path: Path, monkeypatch) -> None:
     def flip(at: int):
         return lambda scene: scene.lines["stage"].arm(Fault(kind="flip", way="out", at=at, bit=2))

@@ -152,6 +152,8 @@ def test_a_marlin_that_was_stopped_homes_and_goes_on(tmp_path: Path) -> None:
 
         def move(self, moment: Moment) -> None: ...
 
+        def clear(self) -> None: ...
+
     interrupts, rig = Interrupts(), rig_of(tmp_path, *MARLIN)
     machine = VirtualMachine(rig, VirtualClock())
     with pytest.raises(StoppedError):

@@ -18,10 +18,17 @@ def test_the_view_says_where_the_run_is() -> None:
         load_g=2.001,
         temperature_c=None,
         left_s=300.0,
+        pausing=True,
     )
     console = Console(width=100, color_system=None)
     with console.capture() as seen:
         console.print(drawn(moment))
     text = seen.get()
-    for part in ("4 of 16: layer 1: pass 0", "x 1.00  y -2.00  z 0.00 mm", "2.001 g", "about 5 min left"):
+    for part in (
+        "4 of 16: layer 1: pass 0",
+        "x 1.00  y -2.00  z 0.00 mm",
+        "2.001 g",
+        "about 5 min left",
+        "Pausing after this operation",
+    ):
         assert part in text
