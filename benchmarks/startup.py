@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-COMMANDS = ("", "demo", "scenes", "plan", "predict", "score", "doctor", "schema")
+COMMANDS = ("", "demo", "scenes", "plan", "predict", "run", "score", "doctor", "schema")
 ALLOWED_S = 0.5
 
 

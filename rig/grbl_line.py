@@ -16,6 +16,8 @@ ASK_S = 0.2
 BRAKING_S = 0.05
 """Time between two such questions while it brakes [s]."""
 ANSWER_S = 3.0
+UNANSWERED = 3
+"""Questions in a row that have to stay without an answer, too: a host that was slow may have answers still to read."""
 BANNER_S = 0.7
 RESETS = 8
 
@@ -30,6 +32,14 @@ class GrblLine:
         self._sent: deque[bytes] = deque()
         self._asked_s: float | None = None
         self._answered_s = 0.0
+        self._unanswered = 0
+        self._questions_s: deque[float] = deque()
+        self.asked_s = 0.0
+        """When the question was asked that the last status answers, at the earliest [s]."""
+        self.heard_s = 0.0
+        """When the last bytes were read [s]."""
+        self.before_s = 0.0
+        """When those before them were read, so that these came after that [s]."""
         self._idle_reports = 0
         self.limit_bytes = BUFFER_BYTES
         self.in_flight_bytes = 0
@@ -61,7 +71,9 @@ class GrblLine:
                 something unintelligible or acknowledged what was not sent.
         """
         self._fill()
-        told = [event for event in self._parser.feed(self._transport.read(timeout_s)) if self._told(event)]
+        data = self._transport.read(timeout_s)
+        self.before_s, self.heard_s = self.heard_s, self.now_s()
+        told = [event for event in self._parser.feed(data) if self._told(event)]
         self._fill()
         return told
 
@@ -104,12 +116,20 @@ class GrblLine:
         """
         end_s = self.now_s() + deadline_s
         while (now_s := self.now_s()) < end_s:
-            self._transport.write(grbl_lines.STATUS)
+            self._question()
             for event in self.exchange(min(end_s - now_s, 1.0)):
                 if isinstance(event, Status):
-                    self._answered_s, self._asked_s = self.now_s(), None
+                    self._answered_s, self._asked_s, self._unanswered = self.now_s(), None, 0
                     return event
         raise RigError(f"The stage did not answer within {deadline_s:g} s: check its supply and the cable, then home.")
+
+    def say_hold(self) -> None:
+        """Say that it shall brake, without waiting for that.
+
+        Raises:
+            RigError: if the line is gone.
+        """
+        self._transport.write(grbl_lines.HOLD)
 
     def hold(self, deadline_s: float) -> None:
         """Brake along the path and wait until the stage stands, at most a time [s]; what it says else is passed over.
@@ -182,6 +202,7 @@ class GrblLine:
         self._queue.clear()
         self._sent.clear()
         self._parser.clear()
+        self._questions_s.clear()
         self.in_flight_bytes, self.alarmed, self._asked_s, self._idle_reports = 0, False, None, 0
 
     def _fill(self) -> None:
@@ -213,7 +234,11 @@ class GrblLine:
                 raise RigError(
                     f"The stage said {event.text[:40]!r}, which no Grbl says: check the cable for noise, then home."
                 )
-            case Status() | Message() | Setting():
+            case Status():
+                # one that got lost makes the later ones seem older than they are, which is the safe side
+                self.asked_s = self._questions_s.popleft() if self._questions_s else self.before_s
+                return True
+            case Message() | Setting():
                 return True
 
     def _ask(self) -> None:
@@ -222,14 +247,19 @@ class GrblLine:
             self._answered_s = now_s
         elif now_s < self._asked_s + ASK_S:
             return
-        elif now_s > self._answered_s + ANSWER_S:
+        elif now_s > self._answered_s + ANSWER_S and self._unanswered >= UNANSWERED:
             raise RigError(f"The stage has not answered for {ANSWER_S:g} s: check its supply and the cable, then home.")
         self._asked_s = now_s
+        self._unanswered += 1
+        self._question()
+
+    def _question(self) -> None:
+        self._questions_s.append(self.now_s())
         self._transport.write(grbl_lines.STATUS)
 
     def _count_idle(self, status: Status) -> None:
         """Notice a lost acknowledgement: the controller is idle again and again though lines are in flight."""
-        self._answered_s = self.now_s()
+        self._answered_s, self._unanswered = self.now_s(), 0
         self._idle_reports = self._idle_reports + 1 if status.state == "Idle" else 0
         if self._idle_reports > 3:
             raise RigError(

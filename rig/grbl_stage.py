@@ -3,17 +3,18 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from itertools import pairwise
-from math import dist
+from math import dist, inf
 
 from planner.errors import RigError
-from planner.program import Pass
 from planner.program.machine import Stage as StageLimits
 from planner.program.timing import move_s
+from rig.audited_stage import AuditedStage, Move
+from rig.devices import Sighting, Watch
 from rig.dialects import grbl_lines
 from rig.dialects.grbl import Error, Event, Message, Setting, Status, parse_axes
 from rig.dialects.grbl_settings import Axes, GrblSettings
 from rig.grbl_line import GrblLine
-from rig.path_audit import PathAudit
+from rig.pace_audit import PaceAudit
 from rig.transport import Transport
 
 BOOT_S = 2.0
@@ -21,31 +22,51 @@ BOOT_S = 2.0
 COMMAND_S = 3.0
 SLACK_S = 10.0
 SLACK = 1.5
+HELD = ("Hold", "Door")
+"""States in which it was held up on its way."""
 LATE = "check that the axes move freely and that nothing slowed the host down, then home"
 
 
-class GrblStage:
+class GrblStage(AuditedStage):
     """Stage whose every position is compared with the plan: polled ones with the path, the last to half a step.
 
     The work frame of the controller (G54) is the film frame, so that the lines on the wire are in its coordinates.
     After anything that goes wrong the stage was stopped, and if its position may be lost it wants to be homed.
     """
 
-    def __init__(self, transport: Transport, *, limits: StageLimits, controller: GrblSettings, origin_mm: Axes) -> None:
-        """Talk over a line to the controller with such settings; the film's centre is at a machine position [mm]."""
+    def __init__(
+        self,
+        transport: Transport,
+        *,
+        limits: StageLimits,
+        controller: GrblSettings,
+        origin_mm: Axes,
+        pace_tolerance_s: float = inf,
+    ) -> None:
+        """Talk over a line to the controller with such settings; the film's centre is at a machine position [mm].
+
+        Moves that take longer than by the kinematics by more than `pace_tolerance_s` [s] are a failure; without it that
+        is only told by `late_s`.
+        """
+        reach = tuple((-far, 0.0) for far in controller.travel_mm)
+        super().__init__(limits=limits, step_mm=controller.step_mm, origin_mm=origin_mm, reach_mm=reach)
         self._line = GrblLine(transport)
-        self._limits = limits
         self._controller = controller
-        self._origin = origin_mm
-        self._identity: str | None = None
-        self._at: Axes = (0.0, 0.0, 0.0)
-        self._audit = PathAudit(step_mm=controller.step_mm)
+        self.identity = ""
+        """What the controller says that it is, once identified."""
+        self._pace = PaceAudit(controller)
+        self._pace_tolerance_s = pace_tolerance_s
         self._expected_s = 0.0
 
     @property
     def most_in_flight_bytes(self) -> int:
         """The most bytes that ever were sent and not acknowledged."""
         return self._line.most_in_flight_bytes
+
+    @property
+    def late_s(self) -> float:
+        """By how much the last moves took longer than can be explained: starved, misread or off between reports [s]."""
+        return self._pace.late_s
 
     @property
     def expected_s(self) -> float:
@@ -67,8 +88,8 @@ class GrblStage:
         if len(fields) > 2 and fields[2].isdigit() and int(fields[2]) > 1:
             self._line.limit_bytes = int(fields[2]) - 1
         self._compare_settings(self._line.command(grbl_lines.SETTINGS, COMMAND_S))
-        self._identity = named["VER"]
-        return self._identity
+        self.identity = named["VER"]
+        return self.identity
 
     def home(self) -> None:
         """Find the reference position, and put the work frame on the film.
@@ -76,7 +97,7 @@ class GrblStage:
         Raises:
             RigError: if homing fails or the stage is not where it ends.
         """
-        if self._identity is None:
+        if not self.identity:
             self.identify()
         if self._line.alarmed or self._line.busy or self._line.status().state not in ("Idle", "Alarm"):
             self.stop()
@@ -88,43 +109,8 @@ class GrblStage:
         self._at = self._film(self._audit.end_mm)
         self._expected_s = 0.0
 
-    def lift(self) -> None:
-        """Start raising the post to the clearance height."""
-        self._go([((self._at[0], self._at[1], self._limits.lift_mm), self._limits.lift_speed_mm_s)])
-
-    def move_to(self, x_mm: float, y_mm: float) -> None:
-        """Start moving the lifted post over a point [mm].
-
-        Raises:
-            RigError: if the post is not lifted, or the point is out of reach.
-        """
-        if self._at[2] < self._limits.lift_mm - self._controller.step_mm[2]:
-            raise RigError(
-                f"The post is {self._at[2]:g} mm above the film and needs {self._limits.lift_mm:g} mm to move over it:"
-                " lift it."
-            )
-        self._go([((x_mm, y_mm, self._at[2]), self._limits.travel_speed_mm_s)])
-
-    def scratch(self, stroke: Pass) -> None:
-        """Lower the post at the first point of a pass and start moving along it at its speeds.
-
-        `wait_idle` keeps the controller fed, so call it soon.
-
-        Raises:
-            RigError: if the post is not over the first point, or a point is out of reach.
-        """
-        first = stroke.points_mm[0]
-        if dist(first, self._at[:2]) > max(self._controller.step_mm):
-            raise RigError(
-                f"The post is over ({self._at[0]:g}, {self._at[1]:g}) and the pass starts at"
-                f" ({first[0]:g}, {first[1]:g}) mm: move there first."
-            )
-        lowered = ((*first, 0.0), self._limits.lift_speed_mm_s)
-        along = zip(stroke.points_mm[1:], stroke.speed_mm_s, strict=True)
-        self._go([lowered, *(((*point, 0.0), speed) for point, speed in along)])
-
-    def wait_idle(self, deadline_s: float) -> None:
-        """Wait until every move is executed and the position is verified [s].
+    def wait_idle(self, deadline_s: float, watch: Watch | None = None) -> None:
+        """Wait until every move is executed and the position is verified [s]; show the way there to `watch`.
 
         The kinematics set a deadline of their own, half as long again as the moves should take.
 
@@ -138,16 +124,26 @@ class GrblStage:
             while self._line.busy:
                 status = self._line.watch(end_s)
                 if status is not None:
-                    self._audit.on_path(_machine(status), (status.feed_mm_min or 0.0) / 60)
+                    self._look(status, watch)
                 if self._line.busy and self._line.now_s() >= end_s:
                     raise RigError(f"The stage was not done within {allowed:.0f} s: {LATE}.")
+            self._pace.ended(grbl_lines.SYNCHRONISE_S, self._line.before_s, self._line.heard_s)
             self._verify(self._line.status())
+            self._not_late()
         self._expected_s = 0.0
 
     def position_mm(self) -> tuple[float, float, float]:
         """Return where the post is, as the controller counts its steps [mm]."""
         with self._stopped_on_failure():
             return self._film(_machine(self._line.status()))
+
+    def say_stop(self) -> None:
+        """Say that it shall brake, and wait for nothing.
+
+        Raises:
+            RigError: if the line is gone.
+        """
+        self._line.say_hold()
 
     def stop(self) -> None:
         """Brake along the path, then drop all moves; the position is kept unless an alarm or a restart lost it.
@@ -171,12 +167,17 @@ class GrblStage:
         """Give the line back."""
         self._line.close()
 
-    def _go(self, moves: list[tuple[Axes, float]]) -> None:
+    def _go(self, moves: list[Move]) -> None:
         """Queue moves to film positions [mm] at speeds [mm/s], and begin to send them."""
         if self._line.lost:
             raise RigError("The stage does not know where it is: home it.")
         for target, _ in moves:
             self._check_reach(target)
+        if self._expected_s == 0:
+            path = [self._machine(target) for target in (self._at, *(target for target, _ in moves))]
+            self._pace.begin(path, [speed for _, speed in moves], self._line.now_s())
+        else:  # it may still be moving
+            self._pace.forget()
         acceleration = min(self._controller.acceleration_mm_s2)
         for (start, _), (target, speed) in pairwise([(self._at, 0.0), *moves]):
             self._audit.extend(self._machine(target), speed)
@@ -190,6 +191,24 @@ class GrblStage:
         self._at = moves[-1][0]
         with self._stopped_on_failure():
             self._line.exchange(0.0)
+
+    def _look(self, status: Status, watch: Watch | None) -> None:
+        """Compare a report on the way with the path and the time, and show it."""
+        at, held = _machine(status), status.state in HELD
+        self._audit.on_path(at, (status.feed_mm_min or 0.0) / 60)
+        if held:  # late on purpose, and told by the watch
+            self._pace.forget()
+        self._pace.seen(at, self._line.asked_s, self._line.heard_s)
+        self._not_late()
+        if watch is not None:
+            watch(Sighting(position_mm=self._film(at), held=held))
+
+    def _not_late(self) -> None:
+        if self._pace.late_s > self._pace_tolerance_s:
+            raise RigError(
+                f"The stage is {self._pace.late_s:.2f} s later than planned (allowed are {self._pace_tolerance_s:g}):"
+                " it was not fed in time or misread a line; check the cable and the load of this computer, then home."
+            )
 
     @contextmanager
     def _stopped_on_failure(self) -> Iterator[None]:
@@ -249,26 +268,10 @@ class GrblStage:
             )
         self._audit.at_end(_machine(status))
 
-    def _check_reach(self, target: Axes) -> None:
-        for name, at, far in zip("xyz", self._machine(target), self._controller.travel_mm, strict=True):
-            if not -far <= at <= 0:
-                raise RigError(
-                    f"The move to ({target[0]:g}, {target[1]:g}, {target[2]:g}) mm needs the stage's {name} at {at:g}"
-                    f" mm; allowed is {-far:g} to 0: move the film or make it smaller."
-                )
-
     def _homing_s(self) -> float:
         controller = self._controller
         feed = controller.homing_pull_off_mm / controller.homing_feed_mm_s
         return 1.5 * sum(controller.travel_mm) / controller.homing_seek_mm_s + 10 * feed
-
-    def _machine(self, film: Axes) -> Axes:
-        x, y, z = (a + b for a, b in zip(film, self._origin, strict=True))
-        return (x, y, z)
-
-    def _film(self, machine: Axes) -> Axes:
-        x, y, z = (a - b for a, b in zip(machine, self._origin, strict=True))
-        return (x, y, z)
 
 
 def _machine(status: Status) -> Axes:

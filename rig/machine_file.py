@@ -1,81 +1,22 @@
-"""The rig as a file: which machine it is, what hangs on which line, what must hold before something is begun."""
+"""A rig as a file describes it, together with the machine that the file names."""
 
+import hashlib
+import json
 from dataclasses import dataclass
-from math import pi
 from pathlib import Path
-from typing import Annotated, Final, Literal, Self
-
-from pydantic import Field, model_validator
+from typing import Any, Final
 
 from planner.errors import InputError
 from planner.program import Machine, load_machine, read_toml
-from planner.program.operations import Strict
-from rig.dialects.new_era import SPEED_MM_MIN
+from rig.dialects.grbl_settings import Axes, GrblSettings
+from rig.dialects.marlin_settings import MarlinSettings
+from rig.heating_watch import HeatingLimits
+from rig.machine_checks import balance_problems, line_problems, reach_problems, section_problems, syringe_problems
+from rig.machine_sections import Deposition
 from rig.pump_load import PumpSetup
+from rig.rig_file import PAPER, RigFile
 
 SIMULATED_RIG: Final = Path(__file__).parent / "machines" / "simulated.toml"
-PAPER: Final = "paper"
-
-Attended = Literal["simulated", "operator"]
-
-
-class Line(Strict):
-    """How one controller is reached."""
-
-    transport: Literal["simulated", "serial"]
-    port: Annotated[str, Field(min_length=1)] | None = None
-    """Serial port, best by its identity under /dev/serial/by-id."""
-    baud: Annotated[int, Field(gt=0)]
-
-    @model_validator(mode="after")
-    def _reachable(self) -> Self:
-        if self.transport == "serial" and self.port is None:
-            raise ValueError('port is missing, allowed with transport = "serial" is the name of a port')
-        return self
-
-
-class StageLine(Line):
-    """The stage's controller."""
-
-    baud: Annotated[int, Field(gt=0)] = 115200
-    origin_mm: tuple[float, float, float]
-    """Machine position of the film's centre, at the film's surface [mm]."""
-
-
-class PumpLine(Line):
-    """The pump, and the syringe in it."""
-
-    baud: Annotated[int, Field(gt=0)] = 19200
-    address: Annotated[int, Field(ge=0, le=99)] = 0
-    mode: Literal["safe", "basic"] = "safe"
-    watchdog_s: Annotated[int, Field(ge=10, le=255)] = 30
-    """Silence after which the pump stops itself, in safe mode [s]."""
-    syringe_diameter_mm: Annotated[float, Field(ge=0.1, le=50)]
-    tolerance_ml: Annotated[float, Field(ge=0.002)] = 0.005
-    """Largest difference between the dose asked for and the dose counted."""
-    settle_s: Annotated[float, Field(ge=0)] = 1.0
-
-
-class Interlocks(Strict):
-    """What must hold before something dangerous or spoiling is begun."""
-
-    uv_needs_closed_enclosure: bool = True
-    hot_air_needs_lifted_post: bool = True
-    load_change_needs_lifted_post: bool = True
-
-
-class RigFile(Strict):
-    """A rig, as described in a TOML file."""
-
-    machine: Annotated[str, Field(min_length=1)] = PAPER
-    """`paper`, or the path of a machine file, seen from this file."""
-    stage: StageLine
-    pump: PumpLine
-    extruder: Attended
-    lamp: Attended
-    hot_air: Attended
-    hot_plate: Attended
-    interlocks: Interlocks = Interlocks()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +25,59 @@ class RigDescription:
 
     file: RigFile
     machine: Machine
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the rig and its machine as canonical JSON, without the ports, which may change their names."""
+        lines = {name: {"port", "baud"} for name in ("stage", "pump", "hot_plate_line", "balance_line")}
+        parts = {
+            "rig": self.file.model_dump(mode="json", exclude=lines),
+            "machine": self.machine.model_dump(mode="json"),
+        }
+        text = json.dumps(parts, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+        return "sha256:" + hashlib.sha256(text.encode()).hexdigest()
+
+    def simulation(self) -> "RigDescription":
+        """Return the same rig with nothing real in it."""
+        file = self.file
+        changed: dict[str, Any] = dict.fromkeys(file.attended, "simulated")
+        for name in ("stage", "pump", "hot_plate_line", "balance_line"):
+            if (line := getattr(file, name)) is not None:
+                changed[name] = line.model_copy(update={"transport": "simulated"})
+        changed["deposition"] = file.deposition or Deposition(flow_ml_min=1.0)
+        return RigDescription(file=file.model_copy(update=changed), machine=self.machine)
+
+    def marlin(self) -> MarlinSettings:
+        """Return how a Marlin has to be set."""
+        line, speed, acceleration = self.file.stage, self._speed_mm_s(), self._acceleration_mm_s2()
+        return MarlinSettings(
+            steps_per_mm=line.steps_per_mm,
+            max_speed_mm_s=speed,
+            acceleration_mm_s2=acceleration,
+            travel_mm=line.travel_mm,
+            homing_speed_mm_s=line.homing_seek_mm_s,
+        )
+
+    def _speed_mm_s(self) -> Axes:
+        stage = self.machine.stage
+        return (stage.travel_speed_mm_s, stage.travel_speed_mm_s, stage.lift_speed_mm_s)
+
+    def _acceleration_mm_s2(self) -> Axes:
+        acceleration = self.machine.stage.acceleration_mm_s2
+        return (acceleration, acceleration, acceleration)
+
+    def grbl(self) -> GrblSettings:
+        """Return how a Grbl has to be set."""
+        line = self.file.stage
+        return GrblSettings(
+            steps_per_mm=line.steps_per_mm,
+            max_speed_mm_s=self._speed_mm_s(),
+            acceleration_mm_s2=self._acceleration_mm_s2(),
+            travel_mm=line.travel_mm,
+            homing_feed_mm_s=line.homing_feed_mm_s,
+            homing_seek_mm_s=line.homing_seek_mm_s,
+            homing_pull_off_mm=line.homing_pull_off_mm,
+        )
 
     def pump_setup(self) -> PumpSetup:
         """Return what the pump's driver must know."""
@@ -99,6 +93,10 @@ class RigDescription:
             settle_s=line.settle_s,
         )
 
+    def heating_limits(self) -> HeatingLimits:
+        """Return what the watch over heaters expects."""
+        return HeatingLimits(**self.file.heating.model_dump())
+
 
 def load_rig(path: str | Path | None = None) -> RigDescription:
     """Read a rig from a TOML file, and the machine that it names; without a path the simulated one.
@@ -108,38 +106,13 @@ def load_rig(path: str | Path | None = None) -> RigDescription:
     """
     path = SIMULATED_RIG if path is None else Path(path)
     file = read_toml(path, RigFile, "rig")
-    problems = list(_line_problems(file, path))
+    problems = [*line_problems(file, path), *section_problems(file, path)]
     try:
         machine = load_machine(None if file.machine == PAPER else path.parent / file.machine)
     except InputError as error:
         raise InputError([*problems, *error.problems]) from None
-    problems += _syringe_problems(file, machine, path)
+    for compared in (syringe_problems, reach_problems, balance_problems):
+        problems += compared(file, machine, path)
     if problems:
         raise InputError(problems)
     return RigDescription(file=file, machine=machine)
-
-
-def _line_problems(file: RigFile, path: Path) -> list[str]:
-    serial = [line.port for line in (file.stage, file.pump) if line.transport == "serial"]
-    if len(serial) == 2 and serial[0] == serial[1]:
-        return [f"{path}: pump.port is {serial[1]!r}, which is the stage's port too; give each its own"]
-    return []
-
-
-def _syringe_problems(file: RigFile, machine: Machine, path: Path) -> list[str]:
-    problems = []
-    pump, diameter_mm = machine.pump, file.pump.syringe_diameter_mm
-    area_mm2 = pi / 4 * diameter_mm**2
-    low, high = (speed * area_mm2 * 1e-3 for speed in SPEED_MM_MIN)
-    if not low <= pump.rate_ml_min <= high:
-        problems.append(
-            f"{path}: pump.syringe_diameter_mm is {diameter_mm:g}, with which the pump makes {low:.2g} to {high:.4g} "
-            f"mL/min, but machine {machine.name!r} has pump.rate_ml_min = {pump.rate_ml_min:g}; change one of them"
-        )
-    needed_ml = pump.load_g_max * pump.ml_per_g
-    if needed_ml > pump.syringe_ml:
-        problems.append(
-            f"{path}: machine {machine.name!r} has pump.syringe_ml = {pump.syringe_ml:g}, but its largest load needs "
-            f"{needed_ml:g} mL; take a larger syringe or a smaller load_g_max"
-        )
-    return problems

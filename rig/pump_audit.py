@@ -4,6 +4,7 @@ import logging
 from typing import Final
 
 from planner.errors import RigError
+from rig.devices import LoadUnknownError
 from rig.dialects.new_era import Alarm, Dispensed, Status, dispensed
 from rig.pump_link import TRIES, PumpLink
 
@@ -103,7 +104,7 @@ class PumpAudit:
                 return
         raise RigError("pump: it does not clear its counters; check that nobody works on its keys")
 
-    def lose(self, why: str) -> RigError:
+    def lose(self, why: str) -> LoadUnknownError:
         """Take the water for unknown, and return the error that says so."""
         if self._goal_ml is not None:
             low_ml, high_ml = sorted((self.water_ml, self._goal_ml))
@@ -112,9 +113,11 @@ class PumpAudit:
         self.end_dose()
         return self.unknown_error(why)
 
-    def unknown_error(self, why: str) -> RigError:
+    def unknown_error(self, why: str) -> LoadUnknownError:
         """Return the error that says why the water is unknown and what to do."""
-        return RigError(f"pump: the load is not known, since {why}; empty or weigh the chamber and prime the load anew")
+        return LoadUnknownError(
+            f"pump: the load is not known, since {why}; empty or weigh the chamber and prime the load anew"
+        )
 
     def _read(self) -> tuple[Status | None, Dispensed]:
         reply = self._link.ask("DIS")

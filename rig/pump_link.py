@@ -75,6 +75,14 @@ class PumpLink:
         """Give a command that must not be repeated, and return its answer, or None if there was none."""
         return self._exchange(command)
 
+    def tell(self, command: str) -> None:
+        """Give a command without listening for its answer.
+
+        Raises:
+            RigError: if the line is gone.
+        """
+        self._transport.write(encode(command, address=self._address, safe=self._parser.safe))
+
     def ensure(self, name: str, argument: str, wanted: str) -> None:
         """Set a value unless the pump already has it, and read it back.
 
@@ -113,7 +121,7 @@ class PumpLink:
 
     def _exchange(self, command: str) -> Reply | None:
         """Say a command and return the first reply that can be meant for it."""
-        self._transport.write(encode(command, address=self._address, safe=self._parser.safe))
+        self.tell(command)
         end_s = self.clock.now_s() + REPLY_S
         while (left_s := end_s - self.clock.now_s()) > 0:
             for reply in self._hear(left_s)[1]:

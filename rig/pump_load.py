@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from planner.errors import InputError, RigError
+from rig.devices import LoadUnknownError
 from rig.dialects.new_era import (
     Alarm,
     Dispensed,
@@ -216,6 +217,19 @@ class PumpLoad:
             RigError: if the pump fails.
         """
         self.load_g()
+
+    def doubt(self, why: str) -> LoadUnknownError:
+        """Take the load for unknown, and return the error that says so."""
+        return self._audit.lose(why)
+
+    def say_stop(self) -> None:
+        """Tell the pump to stop and wait for nothing; one that was not connected was told nothing yet.
+
+        Raises:
+            RigError: if the line is gone.
+        """
+        if self.identity:
+            self._link.tell("STP")
 
     def stop(self) -> None:
         """Stop pumping; the load stays as it is.

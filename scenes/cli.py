@@ -163,7 +163,7 @@ def plan(
 
 @app.command
 def predict(
-    program: Annotated[Path, Parameter(help="Program file, or a plan's folder.")],
+    program: Annotated[Path, Parameter(help="Program file, a plan's folder, or the as-run.jsonl of a run.")],
     *,
     out: Out,
     target: Annotated[str | None, Parameter(help="Score against this target. Default: the plan's own.")] = None,
@@ -182,7 +182,7 @@ def predict(
     solver: SolverFlags | None = None,
     noise: NoiseFlags | None = None,
 ) -> None:
-    """Predict the hot shape of a Program: writes result.json, shapes, pictures and report.html."""
+    """Predict the hot shape of a Program, or of a film as run: writes result.json, shapes, pictures and report.html."""
     from scenes.commands import run_predict
 
     run_predict(
@@ -197,6 +197,29 @@ def predict(
         solver=solver or SolverFlags(),
         noise=noise or NoiseFlags(),
     )
+
+
+@app.command
+def run(
+    program: Annotated[Path, Parameter(help="Program file, or a plan's folder.")],
+    *,
+    out: Annotated[Path, Parameter(help="Folder for journal, as-run log, wire logs and run.json; made if absent.")],
+    rig: Annotated[Path | None, Parameter(help="Rig (.toml): machine and ports. Default: a simulated one.")] = None,
+    dry_run: Annotated[
+        bool, Parameter(help="Print every operation and every line with its time instead, on no port at all.")
+    ] = False,
+    resume: Annotated[bool, Parameter(help="Go on with the run in OUT after a crash, a stop or a lost port.")] = False,
+    score: Annotated[
+        bool, Parameter(help="In the end predict the film as run, against the plan's own target if there is one.")
+    ] = True,
+) -> None:
+    """Run a Program on a rig: scratch the film, and say what was done.
+
+    Ctrl-C pauses at the next safe point, a second one stops at once. Neither is an emergency stop.
+    """
+    from scenes.running import run_program
+
+    run_program(program, out, rig=rig, dry_run=dry_run, resume=resume, score=score)
 
 
 @app.command

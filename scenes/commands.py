@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -37,7 +37,7 @@ from scenes.predict_flags import (
 from scenes.prediction import PAPER_SSIM, Prediction, predict_into, write_score_files
 from scenes.progress import progress_bar
 from scenes.search_folder import CHECKPOINT_FILE, CURRENT_FILE, search_folder
-from scenes.sources import open_source, parse_layers
+from scenes.sources import as_it_was_run, open_as_run, open_source, parse_layers
 from twin.film import FilmOptions
 from twin.inverse import FINER, STRONGER, InverseDesign, InverseOptions
 from twin.predict import PredictOptions
@@ -184,10 +184,17 @@ def run_predict(
     """Predict a Program into a folder and score it against its plan's target, or another."""
     if solver.seeds < 1:
         raise InputError(f"--seeds: found {solver.seeds}, allowed is 1 or more; 1 heats the film once.")
-    loaded = load_program(program)
     options = predict_options(heating, material, post, solver)
+    made_film = open_as_run(program)
+    if made_film is None:
+        loaded = load_program(program)
+    else:
+        loaded = made_film.program
+        options = replace(options, film=as_it_was_run(options.film, made_film))
+        for note in made_film.notes:
+            say(f"note: {note}")
     process_noise = noise.process_noise()
-    surface = open_source(target)[0] if target else _plans_target(program, loaded.inputs.target_sha256)
+    surface = open_source(target)[0] if target else plans_target(program, loaded.inputs.target_sha256)
     if noise.noise and surface is None:
         raise InputError(
             f"--noise: found {noise.noise} films, but {program} has no target to score them against; name one with "
@@ -293,7 +300,7 @@ def run_demo(out: Path) -> None:
     say(f"pictures, {out / 'result.json'} and the rest are in {out}, start with {out / 'report.html'}")
 
 
-def _plans_target(program: Path, digest: str | None) -> Target | None:
+def plans_target(program: Path, digest: str | None) -> Target | None:
     """Return the target kept beside a plan's Program, None if there is none.
 
     Raises:

@@ -250,7 +250,12 @@ def _settings(options: PredictOptions) -> dict[str, Any]:
     facts = {key: value for key, value in field.items() if isinstance(value, int | float | str)}
     return {
         **settings,
-        "film": {**settings["film"], "machine": None if machine is None else machine.name},
+        "film": {
+            **settings["film"],
+            "machine": None if machine is None else machine.name,
+            "pass_to_cure_s": None if options.film.pass_to_cure_s is None else "as run",
+            "pass_strength": None if options.film.pass_strength is None else "as run",
+        },
         "temperature_field": {"kind": options.temperature_field.kind, **facts},
     }
 

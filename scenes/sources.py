@@ -1,11 +1,16 @@
 """What a user may call a target on the command line: a built-in case, a case file, or a surface in a file."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from planner.errors import InputError
+from planner.program import PROGRAM_FILE
+from planner.program.as_run import AS_RUN_FILE
+from planner.program.as_run_film import AsRunFilm, load_as_run
 from planner.target import TARGET_SUFFIXES, Target, load_target
 from scenes.case import Case, load_case
+from twin.film import FilmOptions
 from twin.temperature import TemperatureField, TemperatureGapModel, TemperatureUniform, load_temperature_file
 
 STEEPEST = 3.0
@@ -54,6 +59,22 @@ def _checked(target: Target) -> Target:
             "(--depth-mm)."
         )
     return target
+
+
+def open_as_run(path: Path) -> AsRunFilm | None:
+    """Return the film of an as-run log, if that is what a path names: such a file, or a run's folder.
+
+    Raises:
+        InputError: if the log cannot be read, or the run is not finished.
+    """
+    if path.is_dir() and not (path / PROGRAM_FILE).exists() and (path / AS_RUN_FILE).exists():
+        path = path / AS_RUN_FILE
+    return load_as_run(path) if path.suffix == ".jsonl" else None
+
+
+def as_it_was_run(film: FilmOptions, made: AsRunFilm) -> FilmOptions:
+    """Return options of a film with what was measured while it was made."""
+    return replace(film, pass_to_cure_s=made.pass_to_cure_s, pass_strength=made.pass_strength)
 
 
 def parse_size(text: str | None) -> tuple[float, float] | None:

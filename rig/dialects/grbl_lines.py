@@ -20,6 +20,7 @@ IDENTIFY = b"$I\n"
 SETTINGS = b"$$\n"
 OFFSETS = b"$#\n"
 METRIC_ABSOLUTE = b"G21G90G94G17G54\n"
+SYNCHRONISE_S = 0.01
 SYNCHRONISE = b"G4P0.01\n"
 """A pause of 0.01 s, which is acknowledged once all motion before it has ended."""
 

@@ -13,19 +13,41 @@ import time
 import tty
 from contextlib import suppress
 
+import numpy as np
+
 from rig.dialects.grbl_settings import GrblSettings
+from rig.dialects.marlin_settings import MarlinSettings
+from rig.virtual.balance import VirtualBalance
 from rig.virtual.device import VirtualDevice
 from rig.virtual.grbl import VirtualGrbl
+from rig.virtual.marlin import VirtualMarlin
+from rig.virtual.namur import VirtualNamurPlate
 from rig.virtual.new_era import VirtualPump
 
-DEVICES = ("grbl", "new-era")
+DEVICES = ("grbl", "marlin", "new-era", "namur", "sics")
 LONGEST_WAIT_S = 0.5
+PAN_G = 5.0
+"""What lies on the pan of the balance [g]."""
 
 
 def make_device(name: str) -> VirtualDevice:
     """Return a virtual device of a kind, one of `DEVICES`."""
-    if name == "new-era":
-        return VirtualPump()
+    match name:
+        case "marlin":
+            return VirtualMarlin(
+                MarlinSettings(
+                    steps_per_mm=(80.0, 80.0, 400.0),
+                    max_speed_mm_s=(20.0, 20.0, 5.0),
+                    acceleration_mm_s2=(100.0, 100.0, 100.0),
+                    travel_mm=(200.0, 200.0, 60.0),
+                )
+            )
+        case "new-era":
+            return VirtualPump()
+        case "namur":
+            return VirtualNamurPlate()
+        case "sics":
+            return VirtualBalance(lambda _: PAN_G, np.random.default_rng(0))
     settings = GrblSettings(
         steps_per_mm=(400.0, 400.0, 400.0),
         max_speed_mm_s=(20.0, 20.0, 5.0),

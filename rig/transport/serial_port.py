@@ -1,6 +1,6 @@
 """A line to a device on a serial port: a real one or a pseudo-terminal."""
 
-from typing import Any
+from typing import Any, Literal
 
 import serial
 
@@ -11,10 +11,14 @@ SLICE_S = 0.02  # a read waits in slices: setting a new timeout would reconfigur
 WRITE_S = 2.0
 
 
-class SerialTransport:
-    """Serial port, 8 data bits, no parity, one stop bit, no flow control, for this process alone."""
+Framing = Literal["8N1", "7E1"]
+"""Data bits, parity (none, even), stop bits."""
 
-    def __init__(self, port: str, baud: int) -> None:
+
+class SerialTransport:
+    """Serial port without flow control, for this process alone."""
+
+    def __init__(self, port: str, baud: int, *, framing: Framing = "8N1") -> None:
         """Open a port; boards of the Arduino class restart when that happens.
 
         Raises:
@@ -24,7 +28,15 @@ class SerialTransport:
         self._clock = WallClock()
         try:
             # pyserial sets DTR when it opens and lets pass that a pseudo-terminal has none (ENOTTY).
-            self._port: Any = serial.Serial(port, baud, timeout=SLICE_S, write_timeout=WRITE_S, exclusive=True)
+            self._port: Any = serial.Serial(
+                port,
+                baud,
+                bytesize=int(framing[0]),
+                parity=framing[1],
+                timeout=SLICE_S,
+                write_timeout=WRITE_S,
+                exclusive=True,
+            )
         except (OSError, ValueError) as error:
             raise RigError(
                 f"Serial port {port} cannot be opened ({error}): check the cable, the name and who else uses it."

@@ -1,4 +1,4 @@
-"""A line to a virtual device in the same process, on a virtual clock."""
+"""A line to a virtual device in the same process, on a virtual clock, which beside real devices is a paced one."""
 
 from planner.errors import RigError
 from rig.transport.clock import VirtualClock
@@ -15,7 +15,7 @@ class SimulatedTransport:
 
     @property
     def clock(self) -> VirtualClock:
-        """Virtual clock that this line's waits move."""
+        """Clock that this line's waits move."""
         return self._clock
 
     def write(self, data: bytes) -> None:

@@ -38,6 +38,10 @@ class VirtualPump:
         """Fault: the motor stalls once so much was travelled [mL]."""
         self.brown_out_at_ml = inf
         """Fault: the power fails for a moment once so much was travelled [mL]."""
+        self.out_of_range_at_ml = inf
+        """Fault: the program goes out of its range once so much was travelled [mL]."""
+        self.refuses_next: str | None = None
+        """Fault: the next command that sets something is refused so, as `?OOR`, and not executed."""
         self.lose_reply_to: str | None = None
         """Fault: the next reply to this command is lost."""
         self._selected = 1
@@ -71,6 +75,11 @@ class VirtualPump:
         self._advance(now_s)
         return min([self._next_event()[0], *(time_s for time_s, _ in self._outbox)])
 
+    def water_ml(self, now_s: float) -> float:
+        """Return the water in the chamber at a time [mL], which follows the plunger with a lag."""
+        self._advance(now_s)
+        return self.plunger.water_ml
+
     def brown_out(self, now_s: float) -> None:
         """Interrupt the power for a moment: counters, program and wire start anew, settings are kept."""
         self._advance(now_s)
@@ -92,6 +101,7 @@ class VirtualPump:
             events += [
                 (self.plunger.end_s(), lambda _: self.plunger.end_phase()),
                 (self.plunger.travel_s(self.stall_at_ml), self._stall),
+                (self.plunger.travel_s(self.out_of_range_at_ml), self._run_out),
                 (self.plunger.travel_s(self.brown_out_at_ml), self._fail_power),
             ]
         return min(events, key=lambda event: event[0])
@@ -99,6 +109,10 @@ class VirtualPump:
     def _stall(self, now_s: float) -> None:
         self.stall_at_ml = inf
         self._stop_with(Alarm.STALL, now_s)
+
+    def _run_out(self, now_s: float) -> None:
+        self.out_of_range_at_ml = inf
+        self._stop_with(Alarm.PHASE_OUT_OF_RANGE, now_s)
 
     def _time_out(self, now_s: float) -> None:
         self._time_out_s = inf
@@ -154,6 +168,8 @@ class VirtualPump:
             return
         if self.alarm is not None:
             text, self.alarm = f"A?{self.alarm}", None
+        elif argument and self.refuses_next is not None:
+            text, self.refuses_next = self._status() + self.refuses_next, None
         else:
             self.log.append(name + argument)
             execute = self._commands.get(name)

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from math import cos, sin
 from pathlib import Path
 
@@ -107,6 +108,37 @@ def test_a_stroke_of_ten_minutes_is_legal_and_never_starves() -> None:
     assert device.lost_bytes == 0
     assert len(device.motion.dry_s) == 4  # at the end of each operation and nowhere else
     assert stage.most_in_flight_bytes <= 127
+
+
+class SlowHost:
+    """Line to a host that has other things to do after everything it hears."""
+
+    def __init__(self, line: SimulatedTransport, late_s: float) -> None:
+        self._line, self._late_s = line, late_s
+        self.clock, self.write, self.close = line.clock, line.write, line.close
+
+    def read(self, timeout_s: float) -> bytes:
+        data = self._line.read(timeout_s)
+        self.clock.sleep(self._late_s if data else 0.0)
+        return data
+
+
+def starved(late_s: float) -> int:
+    """Scratch 60 mm at 2 mm/s in moves of 0.1 mm, and return how often the queue ran empty within."""
+    device, clock = VirtualGrbl(SETTINGS), VirtualClock()
+    stage = stage_on(SlowHost(SimulatedTransport(device, clock), late_s))
+    stage.home()
+    with suppress(RigError):  # much too late is told
+        scratch_one(stage, circle(600, 0.1, 2.0))
+    assert device.lost_bytes == 0
+    assert stage.most_in_flight_bytes <= 127
+    return len(device.motion.dry_s) - 4  # at the end of each operation
+
+
+def test_a_host_may_be_late_by_what_its_bytes_in_flight_last() -> None:
+    # 127 bytes are six lines of 50 ms each
+    assert starved(0.05) == starved(0.15) == 0
+    assert starved(0.6) > 10
 
 
 @pytest.mark.slow

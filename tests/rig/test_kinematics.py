@@ -1,9 +1,9 @@
 """Motion of the virtual controller against closed forms."""
 
-from math import inf, isclose, pi, sqrt
+from math import acos, cos, dist, inf, isclose, pi, sqrt
 
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from planner.program.timing import move_s
@@ -90,7 +90,7 @@ def test_a_hold_brakes_over_the_ends_of_moves_and_going_on_reaches_the_target() 
 
 
 def test_a_circle_of_short_moves_keeps_its_speed() -> None:
-    from math import cos, sin
+    from math import sin
 
     queue = MotionQueue(SETTINGS, 15)
     queue.place((4000, 0, 0))
@@ -104,3 +104,20 @@ def test_a_circle_of_short_moves_keeps_its_speed() -> None:
     queue.advance(1000.0)
     assert queue.dry_s[-1] == pytest.approx(20 * pi / 2, rel=2e-3)
     assert len(queue.dry_s) == 1
+
+
+direction = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda v: dist(v, (0, 0, 0)) > 0.1)
+
+
+@given(a=direction, b=direction, limits=st.tuples(positive, positive, positive), deviation=st.floats(0.001, 0.1))
+def test_corners_by_the_circle_that_touches_both_moves(a, b, limits, deviation) -> None:
+    """Grbl's `planner.c`: v^2 = a r on the circle of radius r that passes the corner at the deviation."""
+    before, after = (tuple(part / dist(v, (0, 0, 0)) for part in v) for v in (a, b))
+    turned = acos(max(-1.0, min(1.0, sum(p * q for p, q in zip(before, after, strict=True)))))
+    assume(0.01 < turned < pi - 0.01)
+    # the circle's centre is r / cos(turned / 2) from the corner, of which r + deviation reach it
+    radius = deviation * cos(turned / 2) / (1 - cos(turned / 2))
+    towards = tuple(q - p for p, q in zip(before, after, strict=True))
+    size = dist(towards, (0, 0, 0))
+    acceleration = min(limit * size / abs(part) for limit, part in zip(limits, towards, strict=True) if part)
+    assert junction_speed(before, after, limits, deviation) == pytest.approx(sqrt(acceleration * radius), rel=1e-6)

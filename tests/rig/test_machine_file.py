@@ -85,3 +85,45 @@ def test_mistakes_between_the_parts(tmp_path: Path) -> None:
 def test_a_machine_that_is_not_there(tmp_path: Path) -> None:
     (problem,) = problems(edited(tmp_path, ('machine = "paper" ', 'machine = "gone.toml" ')))
     assert f"{tmp_path / 'gone.toml'}: no such machine file" in problem
+
+
+def test_what_the_peripherals_need_is_told_at_once(tmp_path: Path) -> None:
+    port = 'transport = "serial"\nport = "/dev/ttyUSB7"\n'
+    found = problems(
+        edited(
+            tmp_path,
+            ('hot_plate = "simulated"', 'hot_plate = "namur"'),
+            ('balance = "none"', 'balance = "sics"'),
+            ("[deposition]\nflow_ml_min = 1.0", f"[balance_line]\n{port}at_mm = [70.0, 0.0]\npan_mm = 1.0\n"),
+            ('[pump]\ntransport = "simulated"\n', f"[pump]\n{port}"),
+        )
+    )
+    assert len(found) == 3
+    assert "balance_line.port is '/dev/ttyUSB7', which is the pump's port too" in found[0]
+    assert "extruder is 'simulated', but section [deposition] is missing" in found[1]
+    assert "hot_plate is 'namur', but section [hot_plate_line] is missing" in found[2]
+
+
+def test_bounds_of_the_peripherals_are_named(tmp_path: Path) -> None:
+    plate = '[hot_plate_line]\ntransport = "simulated"\nwatchdog_s = 5\n'
+    found = problems(
+        edited(
+            tmp_path,
+            ("flow_ml_min = 1.0", "flow_ml_min = 0.0"),
+            ("warm_up_s = 0.0", "warm_up_s = -1"),
+            ("within_s = 60.0", "within_s = 1.0"),
+            ("[interlocks]", f"{plate}\n[interlocks]"),
+            ('enclosure = "simulated"', 'enclosure = "open"'),
+        )
+    )
+    text = "\n".join(found)
+    assert len(found) == 5
+    for place, bound in (
+        ("deposition.flow_ml_min", "greater than 0"),
+        ("curing.warm_up_s", "0"),
+        ("heating.within_s", "5"),
+        ("hot_plate_line.watchdog_s", "20"),
+        ("enclosure", "simulated"),
+    ):
+        (line,) = [line for line in found if place in line]
+        assert bound in line, text

@@ -11,7 +11,7 @@ from planner.calibration import Calibration
 from planner.errors import InputError
 from planner.program import Program, load_machine
 from planner.target import mesh_outline, signed_area
-from twin.fading import pass_strengths
+from twin.fading import pass_strengths, remaining_alignment
 from twin.film.film import Film
 from twin.film.options import FilmOptions
 from twin.film.raster import paint_passes
@@ -38,9 +38,7 @@ def build_film(program: Program, options: FilmOptions | None = None) -> Film:
     _check_mesh_size(outline, options.mesh_mm)
     flat, triangles = mesh_outline(outline, options.mesh_mm)
     points = inner_points(flat[triangles])
-    fading = None
-    if options.fading_tau_h:
-        fading = pass_strengths(program, options.machine or load_machine(), tau_h=options.fading_tau_h)
+    fading = _strengths(program, options)
     q = _painted(program, options, points, fading)
     thickness = options.layer_thickness_mm or tuple(layer.thickness_mm for layer in program.layers)
     film = film_from_alignment(
@@ -55,6 +53,18 @@ def build_film(program: Program, options: FilmOptions | None = None) -> Film:
     # how deep the post aligned does not change while the alignment fades
     scratched = None if fading is None else np.hypot(*np.moveaxis(_painted(program, options, points, None), -1, 0))
     return with_skin(film, program.calibration, scratched=scratched)
+
+
+def _strengths(program: Program, options: FilmOptions) -> Sequence[np.ndarray] | None:
+    """Return the factor on the contraction of each pass, shape [passes] for each layer; None where all are 1."""
+    fading, own = None, options.pass_strength
+    if options.fading_tau_h and options.pass_to_cure_s is not None:
+        fading = tuple(remaining_alignment(waits, tau_h=options.fading_tau_h) for waits in options.pass_to_cure_s)
+    elif options.fading_tau_h:
+        fading = pass_strengths(program, options.machine or load_machine(), tau_h=options.fading_tau_h)
+    if own is None or fading is None:
+        return fading if own is None else tuple(map(np.asarray, own))
+    return tuple(left * np.asarray(share) for left, share in zip(fading, own, strict=True))
 
 
 def film_from_alignment(

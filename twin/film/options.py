@@ -31,6 +31,10 @@ class FilmOptions:
     """Time after which 1/e of an uncured alignment is left [h], the paper's ink about 2.5; None or 0 for no fading."""
     machine: Machine | None = None
     """Machine whose speeds tell how long each pass waits for its cure; None for the paper's."""
+    pass_to_cure_s: tuple[tuple[float, ...], ...] | None = None
+    """Measured time from each pass to its layer's cure [s], which fading works on; None for the machine's model."""
+    pass_strength: tuple[tuple[float, ...], ...] | None = None
+    """Factor on the contraction of each pass, beside its load and speed; None for 1."""
     layer_thickness_mm: tuple[float, ...] | None = None
     """Measured thickness of each layer [mm], bottom first; None for the Program's."""
     modulus_ratio: tuple[float, ...] | None = None

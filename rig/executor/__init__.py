@@ -1,0 +1,1 @@
+"""From a Program to what devices do: operations, journal, interlocks, executor."""
