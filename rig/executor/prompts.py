@@ -90,9 +90,12 @@ class SimulatedOperator:
 
     name = "simulated operator"
 
+    def __init__(self, interrupts: Interrupts | None = None) -> None:
+        self._interrupts = interrupts or Interrupts()
+
     def confirm(self, question: str) -> bool:
-        """Say yes."""
-        return True
+        """Say yes, unless somebody at the keyboard wishes to pause or to stop."""
+        return self._interrupts.wanted == "nothing"
 
     def tell(self, text: str) -> None:
         """Need not be told."""
