@@ -3,7 +3,7 @@
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -53,7 +53,8 @@ class PipedView:
     def move(self, moment: Moment) -> None:
         """See the stage move."""
         if moment.pausing and not self._told:
-            sys.stderr.write(f"{PAUSING}\n")
+            with suppress(OSError):  # Ctrl-C also ends whatever a pipe goes to, and must not tear the run
+                sys.stderr.write(f"{PAUSING}\n")
         self._told = moment.pausing
 
     def clear(self) -> None:

@@ -10,8 +10,8 @@ HEAD = """# What a run survives
 
 Made by `python -m benchmarks.reliability`; do not edit. {faults} faults, each injected at each of the {stages}
 operations of a small run on the simulated machine ({operations}): {runs} runs. **{positions} silent wrong
-positions, {doses} wrong or doubled doses, {twice} operations done twice, {missing} missing, {hung} hangs,
-{unfinished} that could not be finished.**
+positions, light, ink or heat, {doses} wrong or doubled doses,
+{twice} operations done twice, {missing} missing, {hung} hangs, {unfinished} that could not be finished.**
 
 How it is checked: whenever the run takes an operation for done, the virtual machine is asked where its axes
 really are (in steps, not as its controller believes), where its post touched the film since the operation

@@ -35,8 +35,7 @@ class TerminalOperator:
             termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
         self._typed = b""
         for _ in range(TRIES):
-            sys.stderr.write(f"{question} [y/N]\n")  # a whole line, so that the live view lets it pass
-            sys.stderr.flush()
+            _write(f"{question} [y/N]")  # a whole line, so that the live view lets it pass
             answer = self._line()
             if answer is None or answer in ("", "n", "no"):
                 return False
@@ -47,8 +46,7 @@ class TerminalOperator:
 
     def tell(self, text: str) -> None:
         """Write a line."""
-        sys.stderr.write(f"{text}\n")
-        sys.stderr.flush()
+        _write(text)
 
     def _line(self) -> str | None:
         # Read without the stream's buffer, in which a second line would hide from `select`.
@@ -82,7 +80,7 @@ class AbsentOperator:
 
     def tell(self, text: str) -> None:
         """Write a line."""
-        sys.stderr.write(f"{text}\n")
+        _write(text)
 
 
 class SimulatedOperator:
@@ -90,9 +88,12 @@ class SimulatedOperator:
 
     name = "simulated operator"
 
+    def __init__(self, interrupts: Interrupts | None = None) -> None:
+        self._interrupts = interrupts or Interrupts()
+
     def confirm(self, question: str) -> bool:
-        """Say yes."""
-        return True
+        """Say yes, unless somebody at the keyboard wishes to pause or to stop."""
+        return self._interrupts.wanted == "nothing"
 
     def tell(self, text: str) -> None:
         """Need not be told."""
@@ -122,3 +123,9 @@ class RecordedOperator:
     def tell(self, text: str) -> None:
         """Pass it on."""
         self._operator.tell(text)
+
+
+def _write(text: str) -> None:
+    with suppress(OSError):  # Ctrl-C also ends whatever a pipe goes to, and must not tear the run
+        sys.stderr.write(f"{text}\n")
+        sys.stderr.flush()

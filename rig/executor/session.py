@@ -88,7 +88,7 @@ def open_past(folder: Path, program: Program, rig: RigDescription, *, resume: bo
 def operator_for(rig: RigDescription, interrupts: Interrupts) -> Operator:
     """Return who answers: somebody at the terminal, or nobody; a rig with nothing real in it needs no one."""
     if rig.file.is_simulated:
-        return SimulatedOperator()
+        return SimulatedOperator(interrupts)
     return TerminalOperator(interrupts) if sys.stdin.isatty() else AbsentOperator()
 
 

@@ -12,11 +12,12 @@ from planner.program import Pass, layer_times
 from planner.program.as_run_film import load_as_run
 from rig.executor import session
 from rig.executor.interlocks import Guard
-from rig.executor.interrupts import PausedError
+from rig.executor.interrupts import Interrupts, PausedError
 from rig.executor.machine import Devices
 from rig.executor.operations import list_operations
 from rig.executor.prompts import SimulatedOperator
 from rig.executor.session import run_session
+from rig.executor.view import Moment, Unseen
 from rig.machine_file import RigDescription
 from rig.machine_sections import Interlocks
 from rig.virtual.machine import VirtualMachine
@@ -119,6 +120,18 @@ def test_an_unfinished_run_wants_resume_and_the_same_program_and_rig(tmp_path: P
     line = rig.file.stage.model_copy(update={"port": "/dev/ttyUSB7"})
     renamed = type(rig)(file=rig.file.model_copy(update={"stage": line}), machine=rig.machine)
     assert run_session(program, renamed, folder, resume=True).sessions == 2
+
+
+def test_a_run_that_needs_nobody_pauses_all_the_same(tmp_path: Path) -> None:
+    class Pausing(Unseen):
+        def begin(self, moment: Moment) -> None:
+            if moment.operation.number == 4:
+                interrupts.pause()
+
+    interrupts, program, rig = Interrupts(), small_program(), small_rig()
+    with pytest.raises(PausedError, match="paused before layer 1: load 3 g"):
+        run_session(program, rig, tmp_path / "run", view=Pausing(), interrupts=interrupts)
+    assert run_session(program, rig, tmp_path / "run", resume=True).sessions == 2
 
 
 def test_a_disturbed_stroke_is_offered_for_redo(tmp_path: Path) -> None:
