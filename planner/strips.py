@@ -51,14 +51,17 @@ def strip_program(
         for label, value, example in (("length", length_mm, 20), ("width", width_mm, 30))
         if not value > 0.0
     ]
-    if not limits.radius_mm_min <= radius_mm <= limits.radius_mm_max:
+    stack = (LAYER_THICKNESS_MM, aligned_layers(len(LAYER_THICKNESS_MM), "convex"))
+    wanted_mm = float(calibration.strip_radius_mm(radius_mm, *stack)) if radius_mm > 0.0 else radius_mm
+    if not limits.radius_mm_min <= wanted_mm <= limits.radius_mm_max:
         problems.append(
             f"strip {name}: radius is {radius_mm:g} mm, the calibration '{calibration.record.name}' reaches "
-            f"{limits.radius_mm_min:g} to {limits.radius_mm_max:g} mm; choose a radius in this range."
+            f"{limits.radius_mm_min:g} to {limits.radius_mm_max:g} mm with its own strips; choose a radius in this "
+            "range."
         )
     if problems:
         raise InputError(problems)
-    settings = calibration.settings_for(radius_mm)
+    settings = calibration.settings_for(wanted_mm)
     if settings.clamped[0]:
         raise InputError(
             f"strip {name}: no load and speed of the calibration '{calibration.record.name}' give {radius_mm:g} mm, "

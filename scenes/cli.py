@@ -30,6 +30,10 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
+app.register_install_completion_command(
+    help="Install completion of commands and flags for this shell (bash, zsh, fish), and leave."
+)
+
 Out = Annotated[Path, Parameter(help="Folder for the results; made if absent. Files appear whole or not at all.")]
 TargetText = Annotated[
     str,
@@ -68,6 +72,21 @@ def scenes() -> None:
     from scenes.commands import list_scenes
 
     list_scenes()
+
+
+@app.command
+def new(
+    scene: Annotated[str, Parameter(help="Name of the new scene, or file to write (.toml).")],
+    *,
+    like: Annotated[
+        str | None,
+        Parameter(help="Built-in scene to start from. Default: the one of this name, else oblate_dome."),
+    ] = None,
+) -> None:
+    """Write a commented scene file that `lce plan` runs as it is."""
+    from scenes.commands import run_new
+
+    run_new(scene, like)
 
 
 @app.command
@@ -149,6 +168,14 @@ def predict(
     out: Out,
     target: Annotated[str | None, Parameter(help="Score against this target. Default: the plan's own.")] = None,
     scanner_noise: Annotated[bool, Parameter(help="See the shape through a phone's depth camera.")] = False,
+    calibration_draws: Annotated[
+        int,
+        Parameter(
+            help="Where the calibration is measured: heat this many films on a mesh of 1.2 mm, each with a map of load "
+            "and speed that its strips leave possible, and tell how far the score is open; 0 for none.",
+            validator=Number(gte=0, lte=1000),
+        ),
+    ] = 8,
     heating: HeatingFlags | None = None,
     material: MaterialFlags | None = None,
     post: PostFlags | None = None,
@@ -163,6 +190,7 @@ def predict(
         out,
         target=target,
         scanner_noise=scanner_noise,
+        calibration_draws=calibration_draws,
         heating=heating or HeatingFlags(),
         material=material or MaterialFlags(),
         post=post or PostFlags(),
@@ -211,8 +239,66 @@ def score(
 
 
 @app.command
+def calibrate(
+    strips: Annotated[
+        Path,
+        Parameter(
+            help="Measured strips (.csv) with the columns load_g, speed_mm_s, radius_mm, side (bottom or top), "
+            "width_mm and repeat, in any order."
+        ),
+    ],
+    *,
+    out: Annotated[Path, Parameter(help="Calibration to write (.toml); its picture (.png) is written beside it.")],
+    name: Annotated[str | None, Parameter(help="Name of the calibration. Default: that of the strips' file.")] = None,
+    operator: Annotated[str | None, Parameter(help="Who made and measured the strips, for the record.")] = None,
+    date: Annotated[str | None, Parameter(help="When they were measured, for the record. Default: today.")] = None,
+    method: Annotated[str | None, Parameter(help="How radii were measured, for the record.")] = None,
+    layers_mm: Annotated[
+        str, Parameter(help="Thickness of each layer of the strips, bottom first [mm]: the lower half was scratched.")
+    ] = "0.2,0.2,0.2,0.2",
+) -> None:
+    """Fit load and speed to bending radius by measured strips: writes a calibration for `lce plan`.
+
+    The radius falls with load, saturates, and grows with speed: a curve of that form with a smooth deviation is fitted
+    to the strips, with a band for the whole map; strips that do not belong to it are named and left out.
+    """
+    from scenes.commands import run_calibrate
+
+    run_calibrate(strips, out, name=name, operator=operator, date=date, method=method, layers_mm=layers_mm)
+
+
+@app.command
+def export(
+    source: Annotated[Path, Parameter(help="A plan's or a prediction's folder, or a Program file.")],
+    *,
+    out: Out,
+) -> None:
+    """Export for other programs: layers as SVG, DXF and G-code preview, hot shape as STL, PLY and VTP, images, tables.
+
+    What is written is what the source holds: a plan gives layers (in mm) and passes (CSV, NPZ), a prediction the hot
+    shape, its numbers (CSV, NPZ) and depth images (16-bit PNG, their scale in depth.json).
+    """
+    from scenes.commands import run_export
+
+    run_export(source, out)
+
+
+@app.command
+def film(
+    prediction: Annotated[Path, Parameter(help="Folder of a prediction.")],
+    *,
+    out: Annotated[Path, Parameter(help="Film (.mp4, needs the extra `film`; .gif), or folder for pictures (.png).")],
+    frames: Annotated[int, Parameter(help="Number of pictures, 25 a second.", validator=Number(gte=2, lte=2000))] = 150,
+) -> None:
+    """Film the sheet of a prediction as it is heated and rises."""
+    from scenes.commands import run_film
+
+    run_film(prediction, out, frames=frames)
+
+
+@app.command
 def doctor() -> None:
-    """Say what was found on this machine: versions, devices, solver, kernel cache, display."""
+    """Say what was found on this machine: versions, devices, solver, kernel cache, display, OpenGL, serial ports."""
     from scenes.doctor import print_findings
 
     print_findings()

@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -11,12 +12,16 @@ from planner.errors import InputError
 from planner.plan import Plan
 from planner.program import PROGRAM_FILE, Machine, Program, load_machine, load_program
 from planner.target import Target, load_target
+from scenes.calibrating import NOT_STATED, calibrate_into
 from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
 from scenes.checkpoint import inputs_digest, load_checkpoint
+from scenes.exports import export_into
+from scenes.filming import film_into
 from scenes.given_flags import given
 from scenes.inverse_flags import InverseFlags, inverse_options
 from scenes.inverse_planning import plan_inverse_into
+from scenes.new_scene import write_new_scene
 from scenes.noise_flags import NoiseFlags
 from scenes.output import output_folder, write_json
 from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
@@ -34,7 +39,7 @@ from scenes.progress import progress_bar
 from scenes.search_folder import CHECKPOINT_FILE, CURRENT_FILE, search_folder
 from scenes.sources import as_it_was_run, open_as_run, open_source, parse_layers
 from twin.film import FilmOptions
-from twin.inverse import InverseDesign, InverseOptions
+from twin.inverse import FINER, STRONGER, InverseDesign, InverseOptions
 from twin.predict import PredictOptions
 from twin.scan import read_scan
 from twin.score import Score, score_surface
@@ -49,6 +54,12 @@ def list_scenes() -> None:
     """Print the built-in cases, one a line."""
     for case in list_cases():
         say(f"{case.name:<16} {case.description}")
+
+
+def run_new(scene: str, like: str | None) -> None:
+    """Write a scene file to start from."""
+    path = write_new_scene(scene, like)
+    say(f"scene written to {path}; change it, then: lce plan {path} --out out/{path.stem}")
 
 
 def run_plan(
@@ -120,7 +131,7 @@ def _plan_strip(out: Path, name: str, strip: Strip, *, calibration: Calibration,
         radius_mm=strip.bending_radius_mm,
         machine=machine,
     )
-    _tell_placeholder(program)
+    _tell_calibration(program)
     say(f"plan written to {out}")
 
 
@@ -163,6 +174,7 @@ def run_predict(
     *,
     target: str | None,
     scanner_noise: bool,
+    calibration_draws: int = 0,
     heating: HeatingFlags,
     material: MaterialFlags,
     post: PostFlags,
@@ -198,6 +210,7 @@ def run_predict(
             seeds=solver.seeds,
             noisy_films=noise.noise,
             noise=process_noise,
+            calibration_draws=calibration_draws,
             progress=progress,
         )
     _tell_prediction(made)
@@ -222,6 +235,51 @@ def run_score(scan: Path, out: Path, *, target: str, size_mm: str | None, up: st
         write_json(scratch / "result.json", result)
     _tell_score(scored.score)
     say(f"score written to {out}")
+
+
+def run_calibrate(
+    strips: Path,
+    out: Path,
+    *,
+    name: str | None,
+    operator: str | None,
+    date: str | None,
+    method: str | None,
+    layers_mm: str,
+) -> None:
+    """Fit a calibration to a file of strips, and tell what was found."""
+    provenance = {
+        "date": date or f"{datetime.now().astimezone():%Y-%m-%d}, when it was fitted",
+        "operator": operator or NOT_STATED,
+        "method": method or NOT_STATED,
+    }
+    fit = calibrate_into(out, strips, name=name, provenance=provenance, layer_thickness_mm=parse_layers(layers_mm))
+    record = fit.calibration.record
+    for note in fit.notes:
+        say(f"note: {note}")
+    for outlier in fit.outliers:
+        say(f"outlier: {outlier.sentence}")
+    for key in ("samples", "scatter", "left_out_error", "band", "strip_width", "width_correction"):
+        say(f"{key.replace('_', ' ')}: {record.provenance[key]}")
+    limits = record.limits
+    say(
+        f"calibration '{record.name}': {limits.radius_mm_min:.3g} to {limits.radius_mm_max:.3g} mm at "
+        f"{limits.load_g_min:g} to {limits.load_g_max:g} g and {limits.speed_mm_s_min:g} to {limits.speed_mm_s_max:g} "
+        f"mm/s; written to {out} with its picture {out.with_suffix('.png')}"
+    )
+
+
+def run_export(source: Path, out: Path) -> None:
+    """Export a plan or a prediction."""
+    names = export_into(out, source)
+    say(f"{len(names)} files written to {out}: {', '.join(names)}")
+
+
+def run_film(prediction: Path, out: Path, *, frames: int) -> None:
+    """Film the heating of a prediction."""
+    with progress_bar() as progress:
+        count = film_into(out, prediction, frames=frames, progress=progress)
+    say(f"{count} pictures written to {out}")
 
 
 def run_demo(out: Path) -> None:
@@ -260,12 +318,17 @@ def plans_target(program: Path, digest: str | None) -> Target | None:
     return target
 
 
-def _tell_placeholder(program: Program) -> None:
-    if program.calibration.placeholder:
-        say(f"note: calibration '{program.calibration.name}' is a placeholder: its radii are not measured.")
+def _tell_calibration(program: Program) -> None:
+    record = program.calibration
+    if record.placeholder:
+        say(f"note: calibration '{record.name}' is a placeholder: its radii are not measured.")
+    else:
+        say(f"calibration '{record.name}', measured: {record.provenance.get('samples', 'nothing more is stated')}")
 
 
 def _tell_plan(made: Plan) -> None:
+    if not made.program.calibration.placeholder:
+        _tell_calibration(made.program)
     _tell_layers(made)
     say(
         f"clamped: {made.clamped_tight_share:.0%} of the points bend tighter than the calibration reaches, "
@@ -274,10 +337,22 @@ def _tell_plan(made: Plan) -> None:
 
 
 def _tell_design(made: InverseDesign) -> None:
-    _tell_placeholder(made.program)
+    _tell_calibration(made.program)
     _tell_layers(made)
     _tell_score(made.score)
-    say(f"smooth fields without passes: SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, rms_mm {made.ideal.rms_mm:.3f}")
+    say("what limits it, each switched off:")
+    say(
+        f"  passes: smooth fields without passes reach SSIM (Eq. 4) {made.ideal.ssim_eq4:.3f}, "
+        f"rms_mm {made.ideal.rms_mm:.3f}"
+    )
+    if made.finer is not None:
+        say(f"  mesh: with edges of {FINER:g} times the length {made.finer.ssim_eq4:.3f}, {made.finer.rms_mm:.3f} mm")
+    if made.wider_range_share is not None:
+        say(
+            f"  contractions: were they {STRONGER:g} times as large, the best flat film would keep "
+            f"{made.wider_range_share:.0%} of its elastic energy at the target"
+        )
+    say("  noise: lce predict --noise 32 shows how films with errors of the process score")
     for limit in made.limits:
         say(f"limit: {limit}")
 
@@ -306,6 +381,15 @@ def _tell_prediction(made: Prediction) -> None:
             say(f"bending radius {found:.3g} mm in the middle, the calibration promises {promised:.3g} mm")
     else:
         _tell_score(made.scored.score)
+    if "score_band" in made.result:
+        band = made.result["score_band"]
+        ssim, rms = band["ssim_eq4"], band["rms_mm"]
+        low, _, high = band["percent"]
+        say(
+            f"as well as calibration '{band['calibration']}' is known: SSIM (Eq. 4) {ssim['low']:.3f} to "
+            f"{ssim['high']:.3f}, rms_mm {rms['low']:.3f} to {rms['high']:.3f} ({low} to {high} % of {band['draws']} "
+            f"films on a mesh of {band['mesh_mm']:g} mm; {ssim['expected']:.3f} and {rms['expected']:.3f} as expected)"
+        )
     if "noise" in made.result:
         noise = made.result["noise"]
         low, middle, high = noise["percentiles"]["ssim_eq4"].values()

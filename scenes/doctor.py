@@ -5,15 +5,29 @@ import platform
 import sys
 from importlib.metadata import version
 
-PACKAGES = ("lce-twin", "warp-lang", "numpy", "scipy", "trimesh", "pyvista", "scikit-image", "pyserial", "libigl")
+PACKAGES = (
+    "lce-twin",
+    "warp-lang",
+    "numpy",
+    "scipy",
+    "trimesh",
+    "pyvista",
+    "vtk",
+    "scikit-image",
+    "pyserial",
+    "libigl",
+    "ezdxf",
+)
 
 
 def findings() -> list[tuple[str, str]]:
     """Return (what, finding) pairs."""
+    from rig.transport.ports import serial_ports
     from scenes.pictures.graphics import renderer
     from twin.equilibrium.linear import HAVE_PARDISO
     from twin.shell.device import describe_devices
 
+    ports = serial_ports()
     pictures = {"opengl": "VTK, off-screen", "relief": "shaded reliefs (OpenGL does not work here)"}
     return [
         ("python", f"{platform.python_version()} on {platform.platform()}"),
@@ -21,7 +35,10 @@ def findings() -> list[tuple[str, str]]:
         *((package, version(package)) for package in PACKAGES),
         *describe_devices(),
         ("sparse solver", "MKL PARDISO" if HAVE_PARDISO else "SuperLU of scipy (about ten times slower)"),
+        ("display", os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or "none, and none is needed"),
         ("3-D pictures", pictures[renderer()]),
+        ("serial ports", "none" if not ports else f"{len(ports)}"),
+        *((name, description) for name, description in ports),
     ]
 
 

@@ -99,6 +99,8 @@ def inverse_summary(made: InverseDesign, options: InverseOptions) -> dict[str, A
         "calibration": {"name": record.name, "placeholder": record.placeholder, "provenance": dict(record.provenance)},
         "predicted": asdict(made.score),
         "ideal": asdict(made.ideal),
+        "finer_mesh": None if made.finer is None else asdict(made.finer),
+        "wider_range_share": made.wider_range_share,
         "designed_mm": made.designed_mm,
         "layers": [
             {

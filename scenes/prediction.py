@@ -13,6 +13,7 @@ import trimesh
 
 from planner.program import Program
 from planner.target import Target
+from scenes.calibration_band import band_summary, score_drawn_calibrations
 from scenes.output import output_folder, write_json
 from scenes.pictures import (
     draw_depth_images,
@@ -60,6 +61,7 @@ def predict_into(
     seeds: int = 1,
     noisy_films: int = 0,
     noise: ProcessNoise | None = None,
+    calibration_draws: int = 0,
     progress: Callable[[str, float], None] | None = None,
 ) -> Prediction:
     """Predict `program`, score it against `target` if there is one, and write everything into `folder`.
@@ -78,6 +80,8 @@ def predict_into(
             shown side by side.
         noisy_films: score so many films with errors of the process, too; needs a target.
         noise: these errors; None: the defaults.
+        calibration_draws: score so many films of maps that the calibration's strips leave possible, too, where there
+            is a target and the calibration says how uncertain it is.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
@@ -104,6 +108,9 @@ def predict_into(
             robustness = score_noisy_films(
                 program, target, options, noise or ProcessNoise(), noisy_films, progress=progress
             )
+        band = None
+        if target is not None and calibration_draws and program.calibration.uncertainty is not None:
+            band = score_drawn_calibrations(program, target, options, calibration_draws, progress=progress)
         report("pictures", 0.0)
         triangles = shape.film.triangles
         surface = shape.top_mm if scored is None else scored.transform.apply(shape.top_mm)
@@ -153,6 +160,8 @@ def predict_into(
             ]
         if robustness is not None:
             result["noise"] = robustness_summary(robustness)
+        if band is not None:
+            result["score_band"] = band_summary(band, program.calibration.name)
         write_json(scratch / "result.json", result)
         write_report(scratch, result)
     return Prediction(shape=shape, scored=scored, result=result)
@@ -305,6 +314,7 @@ def _result(
         "scanner_noise": scanner_noise,
         "settings": _settings(replace(options, device=shape.device)),
         "calibration": {"name": record.name, "placeholder": record.placeholder},
+        "calibration_provenance": dict(record.provenance),
         "program_digest": program.digest,
         "target_digest": None if target is None else target.digest,
         "target_name": None if target is None else target.name,

@@ -47,6 +47,7 @@ def write_report(folder: Path, result: dict[str, Any]) -> None:
         parts.append(
             f"<p class=verdict>SSIM {100 * result['ssim_eq4']:.1f} % &middot; RMS {result['rms_mm']:.2f} mm</p>"
         )
+        parts += _band(result)
         parts.append(
             f"<p class=paper>The paper's best printed face reached {100 * result['paper_ssim']:.1f} % by the same "
             "equation. This is a simulation; its score is comparable only as far as the calibration is.</p>"
@@ -69,10 +70,7 @@ def write_report(folder: Path, result: dict[str, Any]) -> None:
 def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
     return [
         ("method", str(result["method"])),
-        (
-            "calibration",
-            result["calibration"]["name"] + (", not measured" if result["calibration"]["placeholder"] else ""),
-        ),
+        ("calibration", _calibration(result["calibration"], result["calibration_provenance"])),
         *_settings(result["settings"], result["temperature_field"]),
         ("largest contraction", f"{result['largest_contraction']:.1%}"),
         *_heating(result),
@@ -82,6 +80,29 @@ def _facts(result: dict[str, Any]) -> list[tuple[str, str]]:
         ("target", f"{result['target_name']}, {result['target_digest']}"),
         ("lce-twin", result["version"]),
     ]
+
+
+def _band(result: dict[str, Any]) -> list[str]:
+    """Say how far the score is open because the calibration is not known better."""
+    if "score_band" not in result:
+        return []
+    band = result["score_band"]
+    ssim, rms = band["ssim_eq4"], band["rms_mm"]
+    low, _, high = band["percent"]
+    return [
+        f"<p class=paper>As well as calibration '{escape(band['calibration'])}' is known: SSIM "
+        f"{100 * ssim['low']:.1f} to {100 * ssim['high']:.1f} %, RMS {rms['low']:.2f} to {rms['high']:.2f} mm "
+        f"({low} to {high} % of {band['draws']} films with maps that its strips leave possible, on a mesh of "
+        f"{band['mesh_mm']:g} mm, where the calibration itself gives {100 * ssim['expected']:.1f} % and "
+        f"{rms['expected']:.2f} mm).</p>"
+    ]
+
+
+def _calibration(calibration: dict[str, Any], provenance: dict[str, str]) -> str:
+    if calibration["placeholder"]:
+        return f"{calibration['name']}, not measured"
+    known = [provenance[key] for key in ("samples", "band", "date", "operator") if key in provenance]
+    return "; ".join([f"{calibration['name']}, measured", *known])
 
 
 def _settings(settings: dict[str, Any], field: str) -> list[tuple[str, str]]:

@@ -37,7 +37,7 @@ plunger, not the water: air, a leak or friction of the post is what the calibrat
 strip are for. A stop over these lines is no emergency stop.
 
 `kill -9`: `pytest -m slow tests/rig/test_kill.py` kills a run 200 times at random instants, a real process with
-a real signal, and resumes it each time: see [decisions/0010-rig-run.md](decisions/0010-rig-run.md).
+a real signal, and resumes it each time: see [decisions/0011-rig-run.md](decisions/0011-rig-run.md).
 """
 
 

@@ -35,8 +35,10 @@ def bending_field(
     kept = np.isfinite(points).all(axis=1) & np.isfinite(direction)
     limits, strip = calibration.record.limits, calibration.record.strip
     bent = curvature.curvature_per_mm[kept]
-    radius = np.clip(1.0 / np.maximum(np.abs(bent), 1e-9), limits.radius_mm_min, limits.radius_mm_max)
-    contraction = contraction_for_radius(radius, strip.layer_thickness_mm, strip.aligned_layers)
+    stack = (strip.layer_thickness_mm, strip.aligned_layers)
+    wanted = calibration.strip_radius_mm(1.0 / np.maximum(np.abs(bent), 1e-9), *stack)
+    radius = np.clip(wanted, limits.radius_mm_min, limits.radius_mm_max)
+    contraction = contraction_for_radius(radius, *stack, strip.width_mm)
     vector = contraction[:, None] * np.column_stack((np.cos(2 * direction[kept]), np.sin(2 * direction[kept])))
     q = np.zeros((layer_count, len(vector), 2))
     lower = layer_count // 2

@@ -11,6 +11,7 @@ from planner.calibration.wide_strip import CONTRACTION_MAX, contraction_for_radi
 from planner.program import CalibrationRecord, TableModel
 
 BISECTIONS = 40
+TILT = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,7 +37,7 @@ class Calibration:
 
     def __init__(self, record: CalibrationRecord) -> None:
         self.record = record
-        self._strip = (record.strip.layer_thickness_mm, record.strip.aligned_layers)
+        self._strip = (record.strip.layer_thickness_mm, record.strip.aligned_layers, record.strip.width_mm)
         self._strongest = float(contraction_for_radius(record.limits.radius_mm_min, *self._strip))
         if isinstance(record.model, TableModel):
             axes = (np.log(record.model.load_g), np.log(record.model.speed_mm_s))
@@ -90,13 +91,31 @@ class Calibration:
     ) -> np.ndarray:
         """Return the radius to which settings bend the calibration strip when they bend another stack to `radius_mm`.
 
-        Both have the same contraction in their aligned layers. Radii tighter than any contraction gives are taken
-        as the tightest.
+        The other stack is wide. Both have the same contraction in their aligned layers. Radii tighter than any
+        contraction gives are taken as the tightest.
         """
         stack = (tuple(layer_thickness_mm), tuple(aligned))
+        if (*stack, None) == self._strip:
+            return np.abs(np.asarray(radius_mm, dtype=float))
         tightest = radius_for_contraction(CONTRACTION_MAX, *stack)
         reachable = np.maximum(np.abs(np.asarray(radius_mm, dtype=float)), tightest * (1 + 1e-9))
         return radius_for_contraction(contraction_for_radius(reachable, *stack), *self._strip)
+
+    def drawn(self, rng: np.random.Generator) -> "Calibration":
+        """Return a calibration that the strips behind this one leave possible, itself without uncertainty.
+
+        Raises:
+            ValueError: if it is not known how uncertain this one is.
+        """
+        record = self.record
+        if record.uncertainty is None or not isinstance(record.model, TableModel):
+            raise ValueError(f"calibration '{record.name}' does not say how uncertain it is")
+        modes = np.array(record.uncertainty.modes_log_radius)
+        log_radius = np.log(record.model.radius_mm) + np.tensordot(rng.standard_normal(len(modes)), modes, axes=1)
+        tightest = float(radius_for_contraction(CONTRACTION_MAX, *self._strip)) * (1 + 1e-6)
+        radius = np.maximum(np.exp(monotone(log_radius) + tilt(*log_radius.shape)), tightest)
+        model = record.model.model_copy(update={"radius_mm": tuple(map(tuple, radius.tolist()))})
+        return Calibration(record.model_copy(update={"model": model, "uncertainty": None}))
 
     def radius_range_mm(self, load_g: float) -> tuple[float, float]:
         """Return the tightest and the widest radius [mm] that speed alone reaches at one load."""
@@ -111,6 +130,19 @@ class Calibration:
         speed = np.clip(np.asarray(speed_mm_s, dtype=float), limits.speed_mm_s_min, limits.speed_mm_s_max)
         load, speed = np.broadcast_arrays(load, speed)
         return load, speed
+
+
+def monotone(log_radius: np.ndarray) -> np.ndarray:
+    """Rearrange maps, shape [..., loads, speeds], so that each falls with load and rises with speed."""
+    return np.sort(np.sort(log_radius, axis=-1), axis=-2)[..., ::-1, :]
+
+
+def tilt(loads: int, speeds: int) -> np.ndarray:
+    """Return the least by which neighbouring nodes differ in log radius, shape [loads, speeds].
+
+    A saturated map can so still be inverted.
+    """
+    return TILT * (np.arange(speeds)[None, :] - np.arange(loads)[:, None])
 
 
 def _first_reaching(

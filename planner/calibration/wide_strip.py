@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
+from planner.calibration.strip_width import curvature_at_width
+
 CONTRACTION_MAX = 0.6
 """The inverse is tabulated up to here; a monodomain film contracts by 0.41 to 0.45 when hot."""
 NODES = 301
@@ -68,10 +70,13 @@ def wide_stack(contraction: np.ndarray, thickness_mm: np.ndarray) -> tuple[np.nd
 
 
 def radius_for_contraction(
-    contraction: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int]
+    contraction: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int], width_mm: float | None = None
 ) -> np.ndarray:
-    """Look up |bending radius| [mm] of a wide strip; infinite for zero contraction. See `wide_strip`."""
-    forward, _ = _tables(tuple(layer_thickness_mm), tuple(aligned))
+    """Look up |bending radius| [mm] of a strip; infinite for zero contraction.
+
+    Without a width it is a wide one, as of `wide_strip`, else it bends more, by `width_factor`.
+    """
+    forward, _ = _tables(tuple(layer_thickness_mm), tuple(aligned), width_mm)
     e = np.asarray(contraction, dtype=float)
     if np.any((e < 0) | (e > CONTRACTION_MAX)):
         raise ValueError(f"contraction must lie in 0..{CONTRACTION_MAX}, found {e.min():g} to {e.max():g}")
@@ -80,13 +85,13 @@ def radius_for_contraction(
 
 
 def contraction_for_radius(
-    radius_mm: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int]
+    radius_mm: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int], width_mm: float | None = None
 ) -> np.ndarray:
-    """Look up the contraction that bends a wide strip to |radius| [mm], the inverse of `wide_strip`.
+    """Look up the contraction that bends a strip to |radius| [mm], the inverse of `radius_for_contraction`.
 
     Raises ValueError for a radius that no contraction up to 0.6 reaches.
     """
-    forward, inverse = _tables(tuple(layer_thickness_mm), tuple(aligned))
+    forward, inverse = _tables(tuple(layer_thickness_mm), tuple(aligned), width_mm)
     with np.errstate(divide="ignore"):
         curvature = 1 / np.abs(np.asarray(radius_mm, dtype=float))
     tightest = float(forward(CONTRACTION_MAX))
@@ -99,11 +104,13 @@ def contraction_for_radius(
 
 @lru_cache(maxsize=16)
 def _tables(
-    layer_thickness_mm: tuple[float, ...], aligned: tuple[int, ...]
+    layer_thickness_mm: tuple[float, ...], aligned: tuple[int, ...], width_mm: float | None
 ) -> tuple[PchipInterpolator, PchipInterpolator]:
     """Contraction -> |curvature| [1/mm] and its inverse: smooth and monotone, so a table is exact enough."""
     contraction = np.linspace(0, CONTRACTION_MAX, NODES)
     curvature = np.abs(1 / wide_strip(contraction, layer_thickness_mm, aligned)[0])
+    if width_mm is not None:
+        curvature = curvature_at_width(curvature, sum(layer_thickness_mm), width_mm)
     if np.any(np.diff(curvature) <= 0):
         raise ValueError(f"aligning layers {list(aligned)} of {list(layer_thickness_mm)} mm does not bend the film")
     return PchipInterpolator(contraction, curvature), PchipInterpolator(curvature, contraction)

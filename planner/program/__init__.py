@@ -7,6 +7,7 @@ from planner.program.calibration_record import (
     CalibrationLimits,
     CalibrationRecord,
     CalibrationStrip,
+    CalibrationUncertainty,
     SaturatingModel,
     TableModel,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "CalibrationLimits",
     "CalibrationRecord",
     "CalibrationStrip",
+    "CalibrationUncertainty",
     "CreatedBy",
     "Cure",
     "Cut",

@@ -8,6 +8,13 @@ from pydantic import Field, model_validator
 from planner.program.operations import Strict
 
 Positive = Annotated[float, Field(gt=0)]
+Grid = tuple[tuple[float, ...], ...]
+"""One row for each load, one value in it for each speed."""
+
+
+def _absent(value: object) -> bool:
+    """Whether a field is left out of files and digests, which so stay those of records that never had it."""
+    return value is None
 
 
 class CalibrationLimits(Strict):
@@ -36,6 +43,8 @@ class CalibrationStrip(Strict):
     """Layer thicknesses [mm], bottom first."""
     aligned_layers: Annotated[tuple[Annotated[int, Field(ge=0)], ...], Field(min_length=1)] = (0, 1)
     """Indices of the scratched layers; the others are polydomain."""
+    width_mm: Annotated[Positive | None, Field(exclude_if=_absent)] = None
+    """Width of the strip [mm]: a narrow one bends up to 4/3 as much as a wide one. None for wide."""
 
     @model_validator(mode="after")
     def _can_bend(self) -> Self:
@@ -91,6 +100,23 @@ def _ascending(values: tuple[float, ...]) -> bool:
     return all(a < b for a, b in pairwise(values))
 
 
+class CalibrationUncertainty(Strict):
+    """How well the map of a `table` is known, in the logarithm of the radius, on the table's own grid.
+
+    A map drawn from what the strips leave open is radius_mm exp(sum over k of z_k modes[k]) with independent standard
+    normal z_k: the errors of settings near each other go together.
+    """
+
+    level: Annotated[float, Field(gt=0, lt=1)]
+    """Probability that the whole map lies inside the band, at all loads and speeds at once."""
+    band_log_radius: Grid
+    """Half width of that band, shape [m][n]: the map lies between radius_mm exp(-band) and radius_mm exp(band)."""
+    modes_log_radius: Annotated[tuple[Grid, ...], Field(min_length=1)]
+    """Modes of a drawn map, shape [k][m][n]."""
+    strip_log_radius: Annotated[float, Field(ge=0)]
+    """Standard deviation of one strip about the map: it tells about films, but is no part of the band."""
+
+
 CalibrationModel = Annotated[SaturatingModel | TableModel, Field(discriminator="kind")]
 
 
@@ -105,6 +131,22 @@ class CalibrationRecord(Strict):
     limits: CalibrationLimits
     strip: CalibrationStrip = CalibrationStrip()
     model: CalibrationModel
+    uncertainty: Annotated[CalibrationUncertainty | None, Field(exclude_if=_absent)] = None
+    """None where it is not known."""
+
+    @model_validator(mode="after")
+    def _uncertainty_on_the_grid(self) -> Self:
+        if self.uncertainty is None:
+            return self
+        if not isinstance(self.model, TableModel):
+            raise ValueError(f"uncertainty is for a model of kind 'table', found '{self.model.kind}'")
+        shape = (len(self.model.load_g), len(self.model.speed_mm_s))
+        for grid in (self.uncertainty.band_log_radius, *self.uncertainty.modes_log_radius):
+            if len(grid) != shape[0] or any(len(row) != shape[1] for row in grid):
+                raise ValueError(f"uncertainty must have {shape[0]} rows of {shape[1]} values, as model.radius_mm has")
+        if any(value < 0 for row in self.uncertainty.band_log_radius for value in row):
+            raise ValueError("uncertainty.band_log_radius must not be negative")
+        return self
 
     @model_validator(mode="after")
     def _table_covers_limits(self) -> Self:

@@ -37,4 +37,4 @@ def read_toml(path: Path, model: type[Model], kind: str) -> Model:
     try:
         return model.model_validate_json(text, strict=True)
     except ValidationError as error:
-        raise InputError(validation_sentences(error, str(path))) from None
+        raise InputError(validation_sentences(error, str(path), model)) from None

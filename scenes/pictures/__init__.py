@@ -1,8 +1,10 @@
 """Pictures: one file a picture, drawn without a display; everything into PNG files, units on every axis."""
 
+from scenes.pictures.calibration import draw_calibration
 from scenes.pictures.depth_images import draw_depth_images
 from scenes.pictures.design import CurrentPicture, draw_design
 from scenes.pictures.error_map import draw_error_map
+from scenes.pictures.heating_film import heating_frames
 from scenes.pictures.hot_shape import draw_hot_shape
 from scenes.pictures.noise import draw_noise
 from scenes.pictures.plan import draw_plan
@@ -12,6 +14,7 @@ from scenes.pictures.target import draw_target
 
 __all__ = [
     "CurrentPicture",
+    "draw_calibration",
     "draw_depth_images",
     "draw_design",
     "draw_error_map",
@@ -21,4 +24,5 @@ __all__ = [
     "draw_search",
     "draw_side_by_side",
     "draw_target",
+    "heating_frames",
 ]

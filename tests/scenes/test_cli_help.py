@@ -12,7 +12,10 @@ from rich.console import Console
 from scenes.cli import app
 
 SNAPSHOTS = Path(__file__).parent / "help"
-COMMANDS = ("", "demo", "scenes", "plan", "predict", "run", "score", "doctor", "schema")
+COMMANDS = (
+    *("", "demo", "scenes", "new", "plan", "predict", "run", "score"),
+    *("calibrate", "export", "film", "doctor", "schema"),
+)
 HEAVY = {
     "numpy",
     "scipy",

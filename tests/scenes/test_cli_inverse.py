@@ -42,6 +42,8 @@ def designed(planned):
         shape=shape,
         scored=scored,
         ideal=scored.score,
+        finer=scored.score,
+        wider_range_share=0.9,
         designed_mm=0.02,
         tilings=(Tiling.of_nothing(wanted=True),) * 4,
         layer_times=layer_times(program, load_machine()),

@@ -39,12 +39,16 @@ def made(cap, kept):
 def test_a_cap_is_designed_through_passes(made, cap):
     shape = predict(made.program, PredictOptions(film=FilmOptions(mesh_mm=1.0)))
     score = score_surface(shape.top_mm, shape.film.triangles, cap).score
-    assert score.ssim_eq4 == pytest.approx(made.score.ssim_eq4, abs=1e-9)
+    assert score == made.score
     assert score.ssim_eq4 > 0.95
     assert score.rms_mm < 0.25
     assert made.designed_mm < 0.3
     assert shape.stable
     assert not made.limits
+    assert made.finer is not None
+    assert made.finer.ssim_eq4 == pytest.approx(made.score.ssim_eq4, abs=0.03)
+    assert made.wider_range_share is not None
+    assert 0.0 < made.wider_range_share <= 1.001
 
 
 def test_the_paper_s_machine_can_scratch_it(made):
@@ -55,7 +59,7 @@ def test_the_paper_s_machine_can_scratch_it(made):
 
 def test_the_search_is_told_as_it_goes(made, kept):
     assert [field.stage for field in kept] == ["coarse", "middle"]
-    assert {moment.stage for moment in made.history} == {"coarse", "middle", "passes"}
+    assert {moment.stage for moment in made.history} == {"coarse", "middle", "passes", "finish"}
     assert np.all(np.diff([moment.elapsed_s for moment in made.history]) > 0.0)
 
 
@@ -65,6 +69,13 @@ def test_bad_settings_are_told_together():
     message = str(caught.value)
     for word in ("stack", "budget", "seed", "coarse triangles"):
         assert word in message
+
+
+def test_a_search_that_is_out_of_time_still_ends_with_a_program(cap):
+    made = design_inverse(cap, options=replace(SMALL, budget_s=1e-3))
+    assert made.program.layers[0].passes
+    assert made.finer is None
+    assert made.wider_range_share is None
 
 
 @pytest.mark.slow

@@ -126,7 +126,7 @@ def _noisy(
     layers = len(film.contraction)
     strain = 1.0 + noise.strain * rng.normal() + noise.layer_strain * rng.normal(size=(layers, 1))
     shift = noise.registration_mm * rng.normal(size=(layers, 2))
-    turn = np.stack([_smooth_field(centre, noise.direction_length_mm, rng) for _ in range(layers)])
+    turn = np.stack([smooth_field(centre, noise.direction_length_mm, rng) for _ in range(layers)])
     director, contraction = film.director_rad, film.contraction
     if shifted is not None:
         director, contraction = shifted(shift)
@@ -137,7 +137,7 @@ def _noisy(
     )
 
 
-def _smooth_field(points_mm: np.ndarray, length_mm: float, rng: np.random.Generator) -> np.ndarray:
+def smooth_field(points_mm: np.ndarray, length_mm: float, rng: np.random.Generator) -> np.ndarray:
     """Return a Gaussian random field of variance 1 at points [mm], shape [m, 2] -> [m].
 
     Random Fourier features of the Gaussian correlation (Rahimi and Recht 2007).

@@ -14,6 +14,9 @@ try:
 except ImportError:  # not published for this platform
     HAVE_PARDISO = False
 
+os.environ.setdefault("MKL_CBWR", "AUTO")
+"""Read when MKL is first used: it then sums in the same order each time on one machine."""
+
 POSITIVE_DEFINITE = 2
 NOT_POSITIVE_DEFINITE = -4
 
@@ -54,8 +57,10 @@ class PardisoSolver:
 def _open_pardiso() -> "PyPardisoSolver":
     """Return a new handle of the library."""
     solver = PyPardisoSolver(mtype=POSITIVE_DEFINITE)
-    # the wrapper searches the disk for the library each time, half a second, unless it is told
     if solver.libmkl is not None:
+        # without a fixed number of cores the order of sums, and with it the last digits, would depend on the load
+        solver.set_iparm(34, solver.libmkl.MKL_Get_Max_Threads())
+        # the wrapper searches the disk for the library each time, half a second, unless it is told
         os.environ.setdefault("PYPARDISO_MKL_RT", solver.libmkl._name)
     return solver
 

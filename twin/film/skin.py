@@ -27,7 +27,7 @@ def with_skin(film: Film, calibration: CalibrationRecord, *, scratched: np.ndarr
     """
     scratched = film.contraction if scratched is None else scratched
     strip = (calibration.strip.layer_thickness_mm, calibration.strip.aligned_layers)
-    strongest = float(contraction_for_radius(calibration.limits.radius_mm_min, *strip))
+    strongest = float(contraction_for_radius(calibration.limits.radius_mm_min, *strip, calibration.strip.width_mm))
     try:
         depth = skin_depth_mm(scratched, strongest, *strip)
     except ValueError as error:

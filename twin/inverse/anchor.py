@@ -10,6 +10,8 @@ turns some of them over on its way up from flat.
 """
 
 import numpy as np
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial import KDTree
 
 from twin.inverse.forms import edge_forms, frames, pull_back
 from twin.inverse.layer_response import LayerResponse
@@ -20,14 +22,37 @@ COMPLIANCE = np.linalg.inv(np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0], [0.5, 0.0
 """Inverse of the second derivative of (d11^2 + d22^2 + d11 d22 + d12^2) / 2, see `Anchor.curve`."""
 
 
+def forms_on_target(vertices_mm: np.ndarray, flat_mm: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Return the forms a*, b* of a film that stands at its target, shape [m, 6]: (11, 12, 22) of each.
+
+    Args:
+        vertices_mm: the film's mid-surface at the target [mm], shape [n, 3].
+        flat_mm: the flat film [mm], shape [n, 2].
+        triangles: vertex indices, shape [m, 3].
+    """
+    frame = frames(flat_mm, triangles)
+    return np.hstack([pull_back(form, frame) for form in edge_forms(vertices_mm, triangles, stencils(triangles))])
+
+
+def carry_forms(source_mm: np.ndarray, forms: np.ndarray, places_mm: np.ndarray) -> np.ndarray:
+    """Interpolate forms between triangle centres of two meshes of a film, linearly: [k, 2], [k, 6], [m, 2] -> [m, 6].
+
+    Carrying the vertices instead would crease them: a steep target moves far between two of them, and the forms of what
+    lies between are then no film's.
+    """
+    carried = LinearNDInterpolator(source_mm, forms)(places_mm)
+    outside = np.isnan(carried).any(axis=1)
+    carried[outside] = forms[KDTree(source_mm).query(places_mm[outside])[1]]
+    return carried
+
+
 class Anchor:
     """The energy T(q) of a film, and its Gauss-Newton curvature."""
 
     def __init__(
         self,
-        vertices_mm: np.ndarray,
-        flat_mm: np.ndarray,
-        triangles: np.ndarray,
+        forms: np.ndarray,
+        area_mm2: np.ndarray,
         layer_thickness_mm: np.ndarray,
         activation: float,
         overbending: float = OVERBENDING,
@@ -35,19 +60,16 @@ class Anchor:
         """Prepare.
 
         Args:
-            vertices_mm: the film's mid-surface at the target [mm], shape [n, 3].
-            flat_mm: the flat film [mm], shape [n, 2].
-            triangles: vertex indices, shape [m, 3].
+            forms: a*, b* of each triangle, shape [m, 6], see `forms_on_target`.
+            area_mm2: flat area of each triangle [mm^2], shape [m].
             layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
             activation: fraction of the full contraction at which the film should be there.
             overbending: factor on the target's second form.
         """
-        first, second = edge_forms(vertices_mm, triangles, stencils(triangles))
-        frame = frames(flat_mm, triangles)
-        self._a, self._b = pull_back(first, frame), overbending * pull_back(second, frame)
+        self._a, self._b = forms[:, :3], overbending * forms[:, 3:]
         self._activation = activation
         self._thickness = np.asarray(layer_thickness_mm, dtype=float)
-        self._area = 0.5 / np.linalg.det(frame)
+        self._area = area_mm2
         self._response: np.ndarray = np.empty(0)
 
     def value(self, q: np.ndarray) -> tuple[float, np.ndarray]:

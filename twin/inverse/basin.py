@@ -17,6 +17,8 @@ WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 """Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
 FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
+RENEWED_AFTER = 4
+"""Steps after which a robust design looks again for the errors that it suffers most from."""
 FAILURES = 4
 """Ramps that may end elsewhere before a search is given up."""
 SETTLED = 0.003
@@ -32,7 +34,9 @@ def descend(refinement: Refinement, design: Design, *, steps: int, go_on: Callab
         steps: at most so many.
         go_on: called with each new design; False ends the descent.
     """
-    for _ in range(steps):
+    for number in range(steps):
+        if number % RENEWED_AFTER == 0:
+            design = refinement.renewed(design)
         better = refinement.step(design)
         if better is None:
             break

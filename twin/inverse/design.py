@@ -7,12 +7,14 @@ Coarse to fine, each stage starting from the last one's film:
 3. middle: the same on a finer mesh;
 4. lines through the fields, a load for each pass;
 5. passes: the speeds along them, through the film that they really make;
-6. check: the Program heated from flat, as `lce predict` does; where it ends elsewhere, 5 again with more weight.
+6. finish: the same on the mesh of the check, in the basin that the ramp finds there;
+7. check: the Program heated from flat, as `lce predict` does.
 """
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from importlib.metadata import version
 
 import numpy as np
@@ -40,17 +42,17 @@ from planner.toolpaths.dense import Tiling
 from twin.equilibrium import rigid_distance_mm
 from twin.film import carry
 from twin.hot_shape import HotShape
-from twin.inverse.limits import describe_limits
+from twin.inverse.limits import STRONGER, describe_limits, scaled
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
-from twin.inverse.stages import PASS_WEIGHTS_PER_MM3, Field, Stages
+from twin.inverse.stages import FIELD_WEIGHTS_PER_MM3, Field, Stages
 from twin.predict import heat_film, predict
 from twin.score import Score, Scored, score_surface
 
-logger = logging.getLogger(__name__)
+FINER = 0.8
+"""Edges of the mesh that shows what the mesh is worth, over those of the mesh that the design was made on."""
 
-LANDED_MM = 0.6
-"""A Program whose heated film is farther from its design than this, on the mesh of the check, has snapped elsewhere."""
+logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,7 +65,14 @@ class InverseDesign:
     scored: Scored
     """Its score, with the errors that it was measured on."""
     ideal: Score
-    """Score of the smooth fields without passes, heated from flat likewise."""
+    """Score of the smooth fields without passes, heated from flat likewise: what the passes cost."""
+    finer: Score | None
+    """Score of the Program on a mesh with edges of `FINER` times the length: what the mesh is worth; None where the
+    budget of time left no room for it."""
+    wider_range_share: float | None
+    """Elastic energy that the best flat film keeps at the target if contractions could be `STRONGER` times as large,
+    over what it keeps as it is: below 1 as far as the range of contractions is what limits the design; None where the
+    budget of time left no room for it."""
     designed_mm: float
     """Largest distance between the shape that was designed and the one that the ramp from flat finds [mm]."""
     tilings: tuple[Tiling, ...]
@@ -119,31 +128,33 @@ def design_inverse(
         search.report("first design", 0.0)
         field = stages.coarse()
         keep(field)
+    weights = [weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > field.weight_per_mm3 or field.stage == "coarse"]
     if field.stage == "coarse":
-        field = stages.middle(field)
+        field = stages.middle(field, weights.pop(0))
         keep(field)
-    search.report("lines", 0.0)
-    traced = stages.lines(field, machine)
-    best = None
-    for weight in PASS_WEIGHTS_PER_MM3:
-        passes = stages.passes(field, traced, weight)
-        program = _program(target, calibration, machine, options, field.outline_mm, passes.layers)
-        search.report("check", 0.0)
-        shape = predict(program, options.heated, progress=lambda stage, share: search.report("check", share))
-        scored = score_surface(shape.top_mm, shape.film.triangles, target)
-        meant = carry(passes.flat_mm, passes.vertices_mm, shape.film.flat_mm)
-        off = rigid_distance_mm(shape.hot_mm, meant)
-        if best is None or scored.score.ssim_eq4 > best[2].score.ssim_eq4:
-            best = program, shape, scored, off
-        if off < LANDED_MM or search.over:
+    while True:
+        search.report("lines", 0.0)
+        traced = stages.lines(field, machine)
+        designed, landed = stages.passes(field, traced)
+        if landed or not weights or not search.time_for("passes"):
             break
-        logger.info("the Program ends %.1f mm from its design: more weight on the anchor", off)
-    assert best is not None
-    program, shape, scored, off = best
+        logger.info("the passes snap on their way from flat: fields with more weight on the anchor")
+        field = stages.middle(field, weights.pop(0))
+        keep(field)
+    if search.time_for("passes"):
+        designed = stages.finish(field, designed)
+    program = _program(target, calibration, machine, options, field.outline_mm, designed.layers)
+    search.report("check", 0.0)
+    shape = predict(program, options.heated, progress=lambda stage, share: search.report("check", share))
+    scored = score_surface(shape.top_mm, shape.film.triangles, target)
+    meant = carry(designed.flat_mm, designed.vertices_mm, shape.film.flat_mm)
     ideal = stages.ideal_film(field)
 
-    def left_over(changed: Target, thickness: float, contraction: float) -> float:
-        first = stages.at_target(changed, thickness=thickness, contraction=contraction)
+    in_time = search.time_for("limits")
+
+    @cache
+    def left_over(size: float, thickness: float, contraction: float) -> float:
+        first = stages.at_target(scaled(target, size), thickness=thickness, contraction=contraction)
         return first.energy_mm / (thickness * sum(options.layer_thickness_mm))
 
     return InverseDesign(
@@ -151,14 +162,22 @@ def design_inverse(
         shape=shape,
         scored=scored,
         ideal=score_surface(heat_film(ideal, options.heated).top_mm, ideal.triangles, target).score,
-        designed_mm=off,
+        finer=_finer_score(program, options, target) if in_time else None,
+        wider_range_share=left_over(1.0, 1.0, STRONGER) / left_over(1.0, 1.0, 1.0) if in_time else None,
+        designed_mm=rigid_distance_mm(shape.hot_mm, meant),
         tilings=tuple(layer.tiling for layer in traced),
         layer_times=layer_times(program, machine),
         problems=check(program, machine),
         history=tuple(search.history),
         notes=tuple(target.notes),
-        limits=describe_limits(target, scored, shape.film, stages.largest, left_over),
+        limits=describe_limits(target, scored, shape.film, stages.largest, left_over if in_time else None),
     )
+
+
+def _finer_score(program: Program, options: InverseOptions, target: Target) -> Score:
+    film = replace(options.heated.film, mesh_mm=FINER * options.heated.film.mesh_mm)
+    shape = predict(program, replace(options.heated, film=film))
+    return score_surface(shape.top_mm, shape.film.triangles, target).score
 
 
 def _program(

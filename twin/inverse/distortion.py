@@ -13,24 +13,21 @@ class Distortion:
     strength: np.ndarray
     """Factor on the contraction of each layer, shape [layers]."""
     turn_rad: np.ndarray
-    """Turn of the directors of each layer [rad], shape [layers]."""
+    """Turn of the directors of each layer's triangles [rad], shape [layers, m]."""
     shift: tuple[sp.csr_matrix, ...]
     """For each layer, the map from the triangles' alignment to that of the layer moved as a whole, shape [m, m]."""
 
     def push(self, q: np.ndarray) -> np.ndarray:
         """Return what becomes of alignment vectors, shape [layers, m, 2]."""
-        return np.stack(
-            [shift @ own @ matrix.T for shift, own, matrix in zip(self.shift, q, self._matrices(), strict=True)]
-        )
+        return self._turned(np.stack([shift @ own for shift, own in zip(self.shift, q, strict=True)]), 1.0)
 
     def pull(self, by_q: np.ndarray) -> np.ndarray:
         """Return the gradient by the intended vectors from that by what became of them."""
-        return np.stack(
-            [shift.T @ own @ matrix for shift, own, matrix in zip(self.shift, by_q, self._matrices(), strict=True)]
-        )
+        turned_back = self._turned(by_q, -1.0)
+        return np.stack([shift.T @ own for shift, own in zip(self.shift, turned_back, strict=True)])
 
-    def _matrices(self) -> np.ndarray:
-        """Strength times the rotation of (cos 2 theta, sin 2 theta), shape [layers, 2, 2]."""
-        cos, sin = np.cos(2.0 * self.turn_rad), np.sin(2.0 * self.turn_rad)
-        turns = np.moveaxis(np.array([[cos, -sin], [sin, cos]]), -1, 0)
-        return self.strength[:, None, None] * turns
+    def _turned(self, q: np.ndarray, sense: float) -> np.ndarray:
+        """Return strength times (cos 2 theta, sin 2 theta) turned, forwards or back."""
+        cos, sin = np.cos(2.0 * self.turn_rad), sense * np.sin(2.0 * self.turn_rad)
+        x, y = q[..., 0], q[..., 1]
+        return self.strength[:, None, None] * np.stack((cos * x - sin * y, sin * x + cos * y), axis=-1)

@@ -30,7 +30,7 @@ def describe_limits(
     scored: Scored,
     film: Film,
     largest: float,
-    left_over: Callable[[Target, float, float], float],
+    left_over: Callable[[float, float, float], float] | None,
 ) -> tuple[str, ...]:
     """Return sentences about a design that does not reach its target; none for one that does.
 
@@ -39,8 +39,9 @@ def describe_limits(
         scored: the predicted shape and its errors, vertex by vertex of the film.
         film: the film that was predicted.
         largest: largest contraction that can be scratched.
-        left_over: mean energy per thickness of the first design for a target, a factor on the layers' thickness, and a
-            factor on the largest contraction: what the changes that would help are tried with.
+        left_over: mean energy per thickness of the first design for factors on the target's size, the layers'
+            thickness and the largest contraction: what the changes that would help are tried with; None where no time
+            is left for that.
     """
     score = scored.score
     if score.ssim_eq4 >= GOOD_SSIM and score.rms_percent_of_diagonal <= GOOD_RMS_PERCENT:
@@ -67,11 +68,13 @@ def describe_limits(
             f"The target is as steep as {steepest:.0f} degrees there: seen from above a small error of place is a "
             "large one of height."
         )
-    now = left_over(target, 1.0, 1.0)
+    if left_over is None:
+        return (*sentences, "What would help was not looked for: the budget of time was used up.")
+    now = left_over(1.0, 1.0, 1.0)
     changes = (
-        (f"{LARGER:g} times the size", left_over(_scaled(target, LARGER), 1.0, 1.0)),
-        (f"layers of {THINNER:.0%} of the thickness", left_over(target, THINNER, 1.0)),
-        (f"{STRONGER:g} times the largest contraction", left_over(target, 1.0, STRONGER)),
+        (f"{LARGER:g} times the size", left_over(LARGER, 1.0, 1.0)),
+        (f"layers of {THINNER:.0%} of the thickness", left_over(1.0, THINNER, 1.0)),
+        (f"{STRONGER:g} times the largest contraction", left_over(1.0, 1.0, STRONGER)),
     )
     helpful = sorted((energy / now, name) for name, energy in changes if energy < HELPS * now)
     if helpful:
@@ -98,7 +101,8 @@ def _worst_patch(scored: Scored) -> tuple[np.ndarray, float, float]:
     return xy[centre], float(scored.error_mm[patch].mean()), float(absolute[patch].max())
 
 
-def _scaled(target: Target, factor: float) -> Target:
+def scaled(target: Target, factor: float) -> Target:
+    """Return a target of another size, in proportion."""
     return replace(
         target,
         x_mm=factor * target.x_mm,

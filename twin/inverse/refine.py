@@ -16,6 +16,7 @@ import numpy as np
 
 from planner.errors import SolverError
 from twin.inverse.anchor import Anchor
+from twin.inverse.noise import NoiseModes
 from twin.inverse.world import Shape, World
 
 logger = logging.getLogger(__name__)
@@ -80,16 +81,25 @@ class Design:
 class Refinement:
     """Minimises over the design variables; every trial is an equilibrium in every world."""
 
-    def __init__(self, worlds: Sequence[World], control: Control, anchor: Anchor, *, weight_per_mm3: float) -> None:
+    def __init__(
+        self,
+        worlds: Sequence[World],
+        control: Control,
+        anchor: Anchor,
+        *,
+        weight_per_mm3: float,
+        noise: NoiseModes | None = None,
+    ) -> None:
         """Prepare.
 
         Args:
-            worlds: the nominal film, then others that noise has made, all of one mesh.
+            worlds: the nominal film, then those that noise distorts, all of one mesh.
             control: the design variables.
             anchor: what ties the design to the target beside its shape.
             weight_per_mm3: the anchor's weight.
+            noise: what distorts the other films.
         """
-        self._worlds, self._control, self._anchor = tuple(worlds), control, anchor
+        self._worlds, self._control, self._anchor, self._noise = tuple(worlds), control, anchor, noise
         self.weight_per_mm3 = weight_per_mm3
         self._damping = 1.0
 
@@ -116,6 +126,22 @@ class Refinement:
         """Return the same design under another weight of the anchor, which holds from then on."""
         self.weight_per_mm3, self._damping = weight_per_mm3, 1.0
         return replace(design, value=self.value(design.p, design.q, design.shapes))
+
+    def renewed(self, design: Design) -> Design:
+        """Return the same design with the noisy films that it now suffers most from; without noise, as it is.
+
+        Raises:
+            SolverError: if the design's equilibrium is not stable, or a noisy film has none.
+        """
+        if self._noise is None:
+            return design
+        nominal = self._worlds[0]
+        self._linearised(nominal, design.q, design.nominal)
+        worst = self._noise.worst(nominal, design.q, design.nominal)
+        for world, distortion in zip(self._worlds[1:], worst, strict=True):
+            world.distortion = distortion
+        self._damping = 1.0
+        return self.design(design.p, [design.nominal.vertices_mm], design)
 
     def step(self, design: Design) -> Design | None:
         """Return a better design, or None if no damping gives one.
@@ -164,7 +190,7 @@ class Refinement:
             gain = (design.value - trial.value) / max(expected, 1e-300)
             logger.info("damping %.1e, moved %.2f mm, gain ratio %.2f", self._damping, longest, gain)
             if gain > 0.0:
-                if gain > 0.6 and part == 1.0:
+                if gain > 0.6 and part == 1.0 and not trial_number:
                     self._damping = max(self._damping / 4.0, 1e-6)
                 elif gain < 0.25:
                     self._damping *= 3.0
@@ -175,8 +201,11 @@ class Refinement:
     def _linearise(self, design: Design) -> None:
         self._anchor.linearise(design.q)
         for world, shape in zip(self._worlds, design.shapes, strict=True):
-            if not world.linearise(design.q, shape):
-                raise SolverError("refinement: the design's equilibrium is not stable; start from another seed.")
+            self._linearised(world, design.q, shape)
+
+    def _linearised(self, world: World, q: np.ndarray, shape: Shape) -> None:
+        if not world.linearise(q, shape):
+            raise SolverError("refinement: the design's equilibrium is not stable; start from another seed.")
 
 
 def _conjugate_gradients(

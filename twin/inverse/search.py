@@ -11,9 +11,9 @@ from twin.inverse.refine import Design
 
 logger = logging.getLogger(__name__)
 
-STEPS = {"coarse": 10, "middle": 7, "passes": 11}
+STEPS = {"coarse": 10, "middle": 7, "passes": 9, "finish": 6}
 """Steps at most in each stage, in `coarse` for each weight of the anchor."""
-BUDGET_SHARES = {"coarse": 0.25, "middle": 0.4, "passes": 0.7}
+BUDGET_SHARES = {"coarse": 0.25, "middle": 0.4, "passes": 0.65, "finish": 0.85, "limits": 1.0}
 """Share of the budget after which each stage ends: lines and check take the rest."""
 
 
@@ -56,11 +56,9 @@ class Search:
         if self._progress is not None:
             self._progress(stage, share)
 
-    @property
-    def over(self) -> bool:
-        """Whether the last stage's share of the budget is used up."""
-        last = self._started + BUDGET_SHARES["passes"] * (self._budget_s or float("inf"))
-        return time.perf_counter() > last
+    def time_for(self, stage: str) -> bool:
+        """Return whether a stage would end before its share of the budget is used up."""
+        return time.perf_counter() - self._started < BUDGET_SHARES[stage] * (self._budget_s or float("inf"))
 
     def watcher(self, stage: str, triangles: np.ndarray) -> Callable[[Design], bool]:
         """Return a function that records designs of a stage on a mesh; it returns whether there is time for more."""

@@ -1,27 +1,30 @@
 """The stages of an inverse design, each starting from the last one's film."""
 
 import os
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.interpolate import CubicSpline
 
 from planner.calibration import Calibration
+from planner.plan import program_points
 from planner.program import Machine, Pass
 from planner.target import Target, mesh_outline
 from twin.film import Film, carry, film_from_alignment, outline_of
-from twin.inverse.anchor import Anchor
+from twin.inverse.anchor import Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
-from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin
+from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, ramped
 from twin.inverse.field_control import FieldControl
 from twin.inverse.mismatch import Mismatch
-from twin.inverse.noise import noise_worlds
+from twin.inverse.noise import MODES, NoiseModes
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
-from twin.inverse.refine import Control, Refinement
+from twin.inverse.refine import Control, Design, Refinement
 from twin.inverse.search import STEPS, Search
 from twin.inverse.traced import (
     TracedLayer,
@@ -40,9 +43,11 @@ FIELD_SMOOTHNESS = 1e-4
 FIELD_DAMPING = 1e-3
 PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
-PASS_WEIGHTS_PER_MM3 = (1e-5, 1e-4, 1e-3)
-"""Weights of the anchor for the passes, each tried where the one before snaps elsewhere: small, since the passes start
-from fields that the anchor has shaped, and the gaps between lines are no fault that speeds could mend."""
+FIELD_WEIGHTS_PER_MM3 = (1e-3, 1e-2, 5e-2)
+"""Weights of the anchor for the smooth fields, each tried where the passes of the one before snap elsewhere."""
+PASS_WEIGHT_SHARE = 0.1
+"""Weight of the anchor for the passes, over that for their fields: small, since they start from fields that it has
+shaped, and the gaps between lines are no fault that speeds could mend."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -62,8 +67,8 @@ class Field:
     """Variables of a `FieldControl`, shape [fields, n, 2]."""
     vertices_mm: np.ndarray
     """Its equilibrium [mm], shape [n, 3]."""
-    anchor_mm: np.ndarray
-    """Where the vertices would be on the target [mm], shape [n, 3]."""
+    forms: np.ndarray
+    """Fundamental forms a*, b* that the film would have on the target, for the anchor, shape [m, 6]."""
     weight_per_mm3: float
     """Weight of the anchor that the design was found with."""
 
@@ -75,6 +80,8 @@ class DesignedPasses:
     layers: tuple[tuple[Pass, ...], ...]
     flat_mm: np.ndarray
     """Vertices of the flat film [mm], shape [n, 2]."""
+    triangles: np.ndarray
+    """Vertex indices, shape [m, 3]."""
     vertices_mm: np.ndarray
     """Mid-surface [mm], shape [n, 3]."""
 
@@ -108,9 +115,8 @@ class Stages:
         flat, triangles = first.flat_mm, first.triangles
         control = self._control(triangles, len(flat))
         worlds = self._worlds(flat, triangles, control, first.u)
-        refinement = Refinement(
-            worlds, control, self._anchor(first.vertices_mm, flat, triangles), weight_per_mm3=WEIGHTS_PER_MM3[0]
-        )
+        forms = forms_on_target(first.vertices_mm, flat, triangles)
+        refinement = self._refinement(worlds, control, forms, WEIGHTS_PER_MM3[0])
         go_on = self._search.watcher("coarse", triangles)
         try:
             design = refinement.design(first.u, [worlds[0].ramp(control.q(first.u))])
@@ -127,20 +133,19 @@ class Stages:
             triangles=triangles,
             u=design.p,
             vertices_mm=design.nominal.vertices_mm,
-            anchor_mm=first.vertices_mm,
+            forms=forms,
             weight_per_mm3=refinement.weight_per_mm3,
         )
 
-    def middle(self, coarse: Field) -> Field:
-        """Refine a coarse design on a finer mesh."""
+    def middle(self, coarse: Field, weight_per_mm3: float = FIELD_WEIGHTS_PER_MM3[0]) -> Field:
+        """Refine a coarse design, or an earlier one of this stage, on a finer mesh under a weight of the anchor."""
         flat, triangles = self._mesh(coarse.outline_mm, self._options.middle_triangles)
-        carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, coarse.anchor_mm, *coarse.u)), flat)
-        start_mm, anchor_mm = carried[:, :3], carried[:, 3:6]
-        u = np.stack(np.split(carried[:, 6:], len(coarse.u), axis=1))
+        carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
+        start_mm, u = carried[:, :3], np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
+        forms = _carried_forms(coarse, flat, triangles)
         control = self._control(triangles, len(flat))
         worlds = self._worlds(flat, triangles, control, u)
-        anchor = self._anchor(anchor_mm, flat, triangles)
-        refinement = Refinement(worlds, control, anchor, weight_per_mm3=coarse.weight_per_mm3)
+        refinement = self._refinement(worlds, control, forms, weight_per_mm3)
         go_on = self._search.watcher("middle", triangles)
         try:
             design = descend(refinement, refinement.design(u, [start_mm]), steps=STEPS["middle"], go_on=go_on)
@@ -153,8 +158,8 @@ class Stages:
             triangles=triangles,
             u=design.p,
             vertices_mm=design.nominal.vertices_mm,
-            anchor_mm=anchor_mm,
-            weight_per_mm3=coarse.weight_per_mm3,
+            forms=forms,
+            weight_per_mm3=weight_per_mm3,
         )
 
     def lines(self, field: Field, machine: Machine) -> tuple[TracedLayer, ...]:
@@ -177,46 +182,82 @@ class Stages:
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             return tuple(pool.map(trace, range(len(fields))))
 
-    def passes(self, field: Field, traced: tuple[TracedLayer, ...], weight_per_mm3: float) -> DesignedPasses:
-        """Optimise the speeds along traced passes, through the film that they really make."""
-        outline = field.outline_mm
-        flat, triangles = self._mesh(outline, self._options.pass_triangles)
-        bounds = outline.min(axis=0) - 1.0, outline.max(axis=0) + 1.0
+    def passes(self, field: Field, traced: tuple[TracedLayer, ...]) -> tuple[DesignedPasses, bool]:
+        """Optimise the speeds along traced passes, through the film that they really make.
 
-        def paint(layer: TracedLayer) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-            post = self._options.heated.film
-            return painted_layer(layer.passes, self._calibration, flat[triangles], bounds, post, self._line_width_mm)
+        Returns:
+            The passes, and whether the ramp from flat ends in the shape that was designed; where it does not, the shape
+            is the ramp's.
+        """
+        flat, triangles = self._mesh(field.outline_mm, self._options.pass_triangles)
+        start = DesignedPasses(
+            layers=tuple(layer.passes for layer in traced),
+            flat_mm=flat,
+            triangles=triangles,
+            vertices_mm=carry(field.flat_mm, field.vertices_mm, flat),
+        )
+        go_on = self._search.watcher("passes", triangles)
+        with self._opened(field, start) as (refinement, world, control, design):
+            design = descend(refinement, design, steps=STEPS["passes"], go_on=go_on)
+            design, landed = ramped(refinement, world, design)
+            return self._with_speeds(start, control, design), landed
+
+    def finish(self, field: Field, designed: DesignedPasses) -> DesignedPasses:
+        """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film."""
+        flat, triangles = mesh_outline(np.asarray(program_points(field.outline_mm)), self._options.heated.film.mesh_mm)
+        start = DesignedPasses(
+            layers=designed.layers,
+            flat_mm=flat,
+            triangles=triangles,
+            vertices_mm=carry(designed.flat_mm, designed.vertices_mm, flat),
+        )
+        go_on = self._search.watcher("finish", triangles)
+        with self._opened(field, start) as (refinement, world, control, design):
+            weights = (refinement.weight_per_mm3,)
+            design = descend_in_basin(
+                refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
+            )
+            return self._with_speeds(start, control, design)
+
+    def _with_speeds(self, start: DesignedPasses, control: PassControl, design: Design) -> DesignedPasses:
+        counts = np.cumsum([sum(len(stroke.speed_mm_s) for stroke in passes) for passes in start.layers])[:-1]
+        return replace(
+            start,
+            layers=tuple(
+                with_contraction(passes, own, self._calibration)
+                for passes, own in zip(start.layers, np.split(control.contraction(design.p), counts), strict=True)
+            ),
+            vertices_mm=design.nominal.vertices_mm,
+        )
+
+    @contextmanager
+    def _opened(self, field: Field, start: DesignedPasses) -> Iterator[tuple[Refinement, World, PassControl, Design]]:
+        """Make ready to refine the speeds along passes, with their equilibrium near the start."""
+        bounds = field.outline_mm.min(axis=0) - 1.0, field.outline_mm.max(axis=0) + 1.0
+        post, corners = self._options.heated.film, start.flat_mm[start.triangles]
+
+        def paint(passes: tuple[Pass, ...]) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+            return painted_layer(passes, self._calibration, corners, bounds, post, self._line_width_mm)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
-            painted = list(pool.map(paint, traced))
-        ranges = [pass_bounds(layer.passes, self._calibration) for layer in traced]
+            painted = list(pool.map(paint, start.layers))
+        ranges = [pass_bounds(passes, self._calibration) for passes in start.layers]
         control = PassControl(
             painted,
-            [[len(stroke.speed_mm_s) for stroke in layer.passes] for layer in traced],
+            [[len(stroke.speed_mm_s) for stroke in passes] for passes in start.layers],
             np.concatenate([low for low, _ in ranges]),
             np.concatenate([high for _, high in ranges]),
             smoothness=PASS_SMOOTHNESS,
             damping=PASS_DAMPING,
         )
-        p = control.start(np.concatenate([pass_contraction(layer.passes, self._calibration) for layer in traced]))
-        worlds = self._worlds(flat, triangles, control, p)
-        carried = carry(field.flat_mm, np.hstack((field.vertices_mm, field.anchor_mm)), flat)
-        anchor = self._anchor(carried[:, 3:], flat, triangles)
-        refinement = Refinement(worlds, control, anchor, weight_per_mm3=weight_per_mm3)
-        go_on = self._search.watcher("passes", triangles)
+        p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in start.layers]))
+        worlds = self._worlds(start.flat_mm, start.triangles, control, p)
+        forms = _carried_forms(field, start.flat_mm, start.triangles)
+        refinement = self._refinement(worlds, control, forms, PASS_WEIGHT_SHARE * field.weight_per_mm3)
         try:
-            start = refinement.design(p, [carried[:, :3]])
-            design = descend_in_basin(
-                refinement, worlds[0], start, weights_per_mm3=(weight_per_mm3,), steps=STEPS["passes"], go_on=go_on
-            )
+            yield refinement, worlds[0], control, refinement.design(p, [start.vertices_mm])
         finally:
             _close(worlds)
-        counts = np.cumsum([len(low) for low, _ in ranges])[:-1]
-        layers = tuple(
-            with_contraction(layer.passes, own, self._calibration)
-            for layer, own in zip(traced, np.split(control.contraction(design.p), counts), strict=True)
-        )
-        return DesignedPasses(layers=layers, flat_mm=flat, vertices_mm=design.nominal.vertices_mm)
 
     def ideal_film(self, field: Field) -> Film:
         """Return the film that would have learned a smooth field exactly, without passes."""
@@ -240,15 +281,26 @@ class Stages:
             damping=FIELD_DAMPING,
         )
 
-    def _anchor(self, vertices_mm: np.ndarray, flat_mm: np.ndarray, triangles: np.ndarray) -> Anchor:
-        return Anchor(vertices_mm, flat_mm, triangles, self._thickness, self._activation)
-
     def _worlds(self, flat_mm: np.ndarray, triangles: np.ndarray, control: Control, p: np.ndarray) -> list[World]:
-        """Return the nominal film, and for a robust design others that noise has made."""
-        options = self._options
+        """Return the nominal film, and for a robust design others for noise to distort."""
         film, mismatch = self._film(flat_mm, triangles, control.q(p)), Mismatch(self._target, triangles)
-        noise = noise_worlds(film, options.noise, seed=options.seed) if options.robust else ()
-        return [World(film, mismatch, options.heated, distortion) for distortion in (None, *noise)]
+        return [World(film, mismatch, self._options.heated) for _ in range(1 + 2 * MODES * self._options.robust)]
+
+    def _refinement(
+        self, worlds: list[World], control: Control, forms: np.ndarray, weight_per_mm3: float
+    ) -> Refinement:
+        film, options = worlds[0].newton.shell.film, self._options
+        return Refinement(
+            worlds,
+            control,
+            Anchor(forms, film.area_mm2, self._thickness, self._activation),
+            weight_per_mm3=weight_per_mm3,
+            noise=NoiseModes(film, options.noise, seed=options.seed) if options.robust else None,
+        )
+
+
+def _carried_forms(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    return carry_forms(field.flat_mm[field.triangles].mean(axis=1), field.forms, flat_mm[triangles].mean(axis=1))
 
 
 def _close(worlds: list[World]) -> None:

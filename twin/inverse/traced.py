@@ -133,7 +133,7 @@ def _within_budget(
 def strip_radius_mm(contraction: np.ndarray, calibration: Calibration) -> np.ndarray:
     """Return the radius to which a contraction bends the calibration strip [mm]."""
     strip = calibration.record.strip
-    return radius_for_contraction(contraction, strip.layer_thickness_mm, strip.aligned_layers)
+    return radius_for_contraction(contraction, strip.layer_thickness_mm, strip.aligned_layers, strip.width_mm)
 
 
 def pass_contraction(passes: Sequence[Pass], calibration: Calibration) -> np.ndarray:

@@ -41,7 +41,9 @@ class World:
             distortion: what the process makes of the intended alignment; None: exactly that.
         """
         self.newton = open_newton(film, heated)
-        self._mismatch, self._heated, self._distortion = mismatch, heated, distortion
+        self._mismatch, self._heated = mismatch, heated
+        self.distortion = distortion
+        """What the process makes of the intended alignment; may be replaced, as long as `linearise` is called anew."""
         self._activation = ramp_end(heated)
         self._sensitivity = Sensitivity(self.newton)
         area = film.vertex_area_mm2
@@ -55,7 +57,7 @@ class World:
         return film_from_alignment(
             film.flat_mm,
             film.triangles,
-            q if self._distortion is None else self._distortion.push(q),
+            q if self.distortion is None else self.distortion.push(q),
             layer_thickness_mm=film.layer_thickness_mm,
             modulus_ratio=film.modulus_ratio,
         )
@@ -84,17 +86,17 @@ class World:
     def linearise(self, q: np.ndarray, shape: Shape) -> bool:
         """Prepare `push` and `pull` at the equilibrium of q; False if it is not stable."""
         self._teach(q)
-        distorted = q if self._distortion is None else self._distortion.push(q)
+        distorted = q if self.distortion is None else self.distortion.push(q)
         return self._sensitivity.at(shape.vertices_mm, distorted, self._activation)
 
     def push(self, dq: np.ndarray) -> np.ndarray:
         """Return how the vertices move [mm], shape [n, 3], for a change of the intended alignment."""
-        return self._sensitivity.push(dq if self._distortion is None else self._distortion.push(dq))
+        return self._sensitivity.push(dq if self.distortion is None else self.distortion.push(dq))
 
     def pull(self, by_vertices: np.ndarray) -> np.ndarray:
         """Return the gradient by the intended alignment of a function with this gradient by the vertices [n, 3]."""
         by_q = self._sensitivity.pull(by_vertices)
-        return by_q if self._distortion is None else self._distortion.pull(by_q)
+        return by_q if self.distortion is None else self.distortion.pull(by_q)
 
     def _teach(self, q: np.ndarray) -> Shell:
         shell = self.newton.shell

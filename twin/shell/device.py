@@ -5,6 +5,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes.util import find_library
+from pathlib import Path
 
 import warp as wp
 
@@ -40,8 +41,14 @@ def describe_devices() -> list[tuple[str, str]]:
     return [
         ("CUDA devices", cuda),
         ("kernels run on", str(chosen)),
-        ("kernel cache", str(wp.config.kernel_cache_dir)),
+        ("kernel cache", _cache_state(Path(str(wp.config.kernel_cache_dir)))),
     ]
+
+
+def _cache_state(folder: Path) -> str:
+    """Say where kernels are cached and how much lies there."""
+    sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
+    return f"{folder}, {len(sizes)} files, {sum(sizes) / 1e6:.1f} MB"
 
 
 @contextmanager
