@@ -1,9 +1,13 @@
 """Fixtures that every room's tests may use."""
 
+import os
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
+
+# numpy's threads help no matrix of these tests, and on busy cores they wait for each other most of the time
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # the same examples each time: a failure in CI is one that can be repeated
 settings.register_profile("repeatable", derandomize=True)
