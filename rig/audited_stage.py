@@ -1,11 +1,14 @@
 """What every stage shares whose positions are audited: its verbs, its frames and its reach."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from math import dist
 
 from planner.errors import RigError
 from planner.program import Pass
 from planner.program.machine import Stage as StageLimits
+from planner.program.timing import move_s
 from rig.dialects.grbl_settings import Axes
 from rig.path_audit import PathAudit
 
@@ -17,13 +20,22 @@ class AuditedStage(ABC):
     """Stage that knows where it was told to go, and compares with that where it is."""
 
     def __init__(
-        self, *, limits: StageLimits, step_mm: Axes, origin_mm: Axes, reach_mm: tuple[tuple[float, float], ...]
+        self,
+        *,
+        limits: StageLimits,
+        step_mm: Axes,
+        origin_mm: Axes,
+        reach_mm: tuple[tuple[float, float], ...],
+        max_speed_mm_s: Axes,
+        acceleration_mm_s2: Axes,
     ) -> None:
-        """Start with the film's centre at a machine position [mm], and each axis' reach in the machine [mm]."""
+        """Start with the film's centre at a machine position [mm], and what each axis reaches in the machine [mm]."""
         self._limits = limits
         self._step = step_mm
         self._origin = origin_mm
         self._reach = reach_mm
+        self._max_speed, self._acceleration = max_speed_mm_s, min(acceleration_mm_s2)
+        self._expected_s = 0.0
         self._at: Axes = (0.0, 0.0, 0.0)
         self._audit = PathAudit(step_mm=step_mm)
 
@@ -73,6 +85,25 @@ class AuditedStage(ABC):
     @abstractmethod
     def _go(self, moves: list[Move]) -> None:
         """Begin to move along straight lines, after `_check_reach` of each."""
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop moving and drop all moves."""
+
+    def _expect(self, start: Axes, target: Axes, speed_mm_s: float) -> None:
+        """Let the audit know of a move in the film frame [mm], and add the time that it should take at most."""
+        self._audit.extend(self._machine(target), speed_mm_s)
+        moved = [most for a, b, most in zip(start, target, self._max_speed, strict=True) if a != b]
+        self._expected_s += move_s(dist(start, target), min(speed_mm_s, *moved, speed_mm_s), self._acceleration)
+
+    @contextmanager
+    def _stopped_on_failure(self) -> Iterator[None]:
+        try:
+            yield
+        except RigError:
+            with suppress(RigError):  # the first failure is the one to tell
+                self.stop()
+            raise
 
     def _check_reach(self, target: Axes) -> None:
         for name, at, (low, high) in zip("xyz", self._machine(target), self._reach, strict=True):

@@ -1,13 +1,10 @@
 """The stage behind a Grbl controller: moves that are audited, since the wire has no check of its own."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from itertools import pairwise
-from math import dist, inf
+from math import inf
 
 from planner.errors import RigError
 from planner.program.machine import Stage as StageLimits
-from planner.program.timing import move_s
 from rig.audited_stage import AuditedStage, Move
 from rig.devices import Sighting, Watch
 from rig.dialects import grbl_lines
@@ -49,14 +46,20 @@ class GrblStage(AuditedStage):
         is only told by `late_s`.
         """
         reach = tuple((-far, 0.0) for far in controller.travel_mm)
-        super().__init__(limits=limits, step_mm=controller.step_mm, origin_mm=origin_mm, reach_mm=reach)
+        super().__init__(
+            limits=limits,
+            step_mm=controller.step_mm,
+            origin_mm=origin_mm,
+            reach_mm=reach,
+            max_speed_mm_s=controller.max_speed_mm_s,
+            acceleration_mm_s2=controller.acceleration_mm_s2,
+        )
         self._line = GrblLine(transport)
         self._controller = controller
         self.identity = ""
         """What the controller says that it is, once identified."""
         self._pace = PaceAudit(controller)
         self._pace_tolerance_s = pace_tolerance_s
-        self._expected_s = 0.0
 
     @property
     def most_in_flight_bytes(self) -> int:
@@ -178,11 +181,8 @@ class GrblStage(AuditedStage):
             self._pace.begin(path, [speed for _, speed in moves], self._line.now_s())
         else:  # it may still be moving
             self._pace.forget()
-        acceleration = min(self._controller.acceleration_mm_s2)
         for (start, _), (target, speed) in pairwise([(self._at, 0.0), *moves]):
-            self._audit.extend(self._machine(target), speed)
-            moved = [most for a, b, most in zip(start, target, self._controller.max_speed_mm_s, strict=True) if a != b]
-            self._expected_s += move_s(dist(start, target), min(speed, *moved, speed), acceleration)
+            self._expect(start, target, speed)
             flat, level = start[:2] == target[:2], start[2] == target[2]
             x, y = (None, None) if flat and not level else target[:2]
             self._line.queue(
@@ -209,15 +209,6 @@ class GrblStage(AuditedStage):
                 f"The stage is {self._pace.late_s:.2f} s later than planned (allowed are {self._pace_tolerance_s:g}):"
                 " it was not fed in time or misread a line; check the cable and the load of this computer, then home."
             )
-
-    @contextmanager
-    def _stopped_on_failure(self) -> Iterator[None]:
-        try:
-            yield
-        except RigError:
-            with suppress(RigError):  # the first failure is the one to tell
-                self.stop()
-            raise
 
     def _who(self) -> list[Message]:
         for _ in range(3):

@@ -5,15 +5,12 @@ of its travel instead of refusing, and loses steps when it is stopped.
 """
 
 from collections import deque
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
 from itertools import pairwise
 from math import dist
 from typing import Final
 
 from planner.errors import RigError
 from planner.program.machine import Stage as StageLimits
-from planner.program.timing import move_s
 from rig.audited_stage import AuditedStage, Move
 from rig.devices import Sighting, Watch
 from rig.dialects.grbl_settings import Axes
@@ -42,14 +39,20 @@ class MarlinStage(AuditedStage):
     ) -> None:
         """Talk over a line to the controller with such settings; the film's centre is at a machine position [mm]."""
         reach = tuple((0.0, far) for far in controller.travel_mm)
-        super().__init__(limits=limits, step_mm=controller.step_mm, origin_mm=origin_mm, reach_mm=reach)
+        super().__init__(
+            limits=limits,
+            step_mm=controller.step_mm,
+            origin_mm=origin_mm,
+            reach_mm=reach,
+            max_speed_mm_s=controller.max_speed_mm_s,
+            acceleration_mm_s2=controller.acceleration_mm_s2,
+        )
         self._line = MarlinLine(transport)
         self._controller = controller
         self.identity = ""
         """What the controller says that it is, once identified."""
         self._moves: deque[str] = deque()
         self._lost = True
-        self._expected_s = 0.0
         self._asked_s = 0.0
 
     @property
@@ -159,11 +162,8 @@ class MarlinStage(AuditedStage):
             raise RigError("The stage does not know where it is: home it.")
         for target, _ in moves:
             self._check_reach(target)
-        acceleration = min(self._controller.acceleration_mm_s2)
         for (start, _), (target, speed) in pairwise([(self._at, 0.0), *moves]):
-            self._audit.extend(self._machine(target), speed)
-            moved = [most for a, b, most in zip(start, target, self._controller.max_speed_mm_s, strict=True) if a != b]
-            self._expected_s += move_s(dist(start, target), min(speed, *moved, speed), acceleration)
+            self._expect(start, target, speed)
             words = "".join(f" {axis}{mm:.4f}" for axis, mm in zip("XYZ", self._machine(target), strict=True))
             self._moves.append(f"G1{words} F{60 * speed:.2f}")
         self._at = moves[-1][0]
@@ -204,12 +204,3 @@ class MarlinStage(AuditedStage):
 
     def _command(self, command: str) -> list[Event]:
         return self._line.command(command, COMMAND_S)
-
-    @contextmanager
-    def _stopped_on_failure(self) -> Iterator[None]:
-        try:
-            yield
-        except RigError:
-            with suppress(RigError):  # the first failure is the one to tell
-                self.stop()
-            raise

@@ -49,10 +49,10 @@ from twin.inverse.stages import FIELD_WEIGHTS_PER_MM3, Field, Stages
 from twin.predict import heat_film, predict
 from twin.score import Score, Scored, score_surface
 
+logger = logging.getLogger(__name__)
+
 FINER = 0.8
 """Edges of the mesh that shows what the mesh is worth, over those of the mesh that the design was made on."""
-
-logger = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -149,7 +149,6 @@ def design_inverse(
     scored = score_surface(shape.top_mm, shape.film.triangles, target)
     meant = carry(designed.flat_mm, designed.vertices_mm, shape.film.flat_mm)
     ideal = stages.ideal_film(field)
-
     in_time = search.time_for("limits")
 
     @cache
