@@ -10,6 +10,8 @@ from rig.pump_link import TRIES, PumpLink
 
 COUNTER_ML: Final = 9.9
 """Volume [mL] up to which the counters keep their step of 1 uL."""
+DECIMALS_ML: Final = 9
+"""Decimals of the water [mL], far below a step of the counters."""
 _log = logging.getLogger(__name__)
 
 
@@ -83,7 +85,9 @@ class PumpAudit:
         lowest = (before.infused_ml - self._slack_ml, before.withdrawn_ml - self._slack_ml)
         if now.infused_ml < lowest[0] or now.withdrawn_ml < lowest[1]:
             raise self.lose("the pump's counters went back")
-        self.water_ml += now.net_ml - before.net_ml
+        # The counters are decimals: without the sum's binary remainder, the water does not depend on how often they
+        # were asked, nor does the last digit of the next dose.
+        self.water_ml = round(self.water_ml + now.net_ml - before.net_ml, DECIMALS_ML)
         return status
 
     def clear_full_counters(self, dose_ml: float) -> None:

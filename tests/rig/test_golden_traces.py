@@ -115,4 +115,4 @@ def test_a_small_run_over_terminals(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [case.name for case in list_cases()])
 def test_every_scene_over_terminals(tmp_path: Path, name: str) -> None:
-    check_traces(tmp_path, shortened(program_of(name)))
+    check_traces(tmp_path, program_of(name))

@@ -68,6 +68,19 @@ def test_the_chamber_gets_each_load(setup: PumpSetup, ml_per_g: float) -> None:
     assert pump.log.count("RUN") == len(loads) - 1
 
 
+def test_the_doses_do_not_depend_on_how_often_the_counters_were_asked() -> None:
+    def said(polls: int) -> list[bytes]:
+        load, line = rig(VirtualPump(diameter_mm=15.9))
+        for step in range(300):
+            load.set_load(step * 3701 % 13001 / 2000)  # half of the doses end in half a microlitre
+            for _ in range(polls):
+                load.keep_alive()
+            load.wait_settled(120.0)
+        return [data for data in line.said if b"VOL" in data]
+
+    assert said(0) == said(3) != []
+
+
 def test_small_syringes_are_told_microlitres() -> None:
     pump = VirtualPump(diameter_mm=15.9)
     setup = PumpSetup(syringe_diameter_mm=12.0, rate_ml_min=5.0, ml_per_g=1.0, load_g_max=6.5)
