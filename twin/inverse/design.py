@@ -45,7 +45,7 @@ from twin.hot_shape import HotShape
 from twin.inverse.limits import STRONGER, describe_limits, scaled
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
-from twin.inverse.stages import FIELD_WEIGHTS_PER_MM3, Field, Stages
+from twin.inverse.stages import Field, Stages
 from twin.predict import heat_film, predict
 from twin.score import Score, Scored, score_surface
 
@@ -128,7 +128,7 @@ def design_inverse(
         search.report("first design", 0.0)
         field = stages.coarse()
         keep(field)
-    weights = [weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > field.weight_per_mm3 or field.stage == "coarse"]
+    weights = stages.weights_after(field)
     if field.stage == "coarse":
         field = stages.middle(field, weights.pop(0))
         keep(field)

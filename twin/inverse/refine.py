@@ -16,6 +16,7 @@ import numpy as np
 
 from planner.errors import SolverError
 from twin.inverse.anchor import Anchor
+from twin.inverse.distortion import Distortion
 from twin.inverse.noise import NoiseModes
 from twin.inverse.world import Shape, World
 
@@ -130,18 +131,27 @@ class Refinement:
     def renewed(self, design: Design) -> Design:
         """Return the same design with the noisy films that it now suffers most from; without noise, as it is.
 
+        Where one of these has no equilibrium, the former ones stay.
+
         Raises:
-            SolverError: if the design's equilibrium is not stable, or a noisy film has none.
+            SolverError: if the design's equilibrium is not stable.
         """
         if self._noise is None:
             return design
         nominal = self._worlds[0]
         self._linearised(nominal, design.q, design.nominal)
-        worst = self._noise.worst(nominal, design.q, design.nominal)
-        for world, distortion in zip(self._worlds[1:], worst, strict=True):
+        former = [world.distortion for world in self._worlds[1:]]
+        self._distort(self._noise.worst(nominal, design.q, design.nominal))
+        try:
+            return self.design(design.p, [design.nominal.vertices_mm], design)
+        except SolverError as error:
+            logger.info("a film under the worst errors: %s", error)
+            self._distort(former)
+            return design
+
+    def _distort(self, distortions: Sequence[Distortion | None]) -> None:
+        for world, distortion in zip(self._worlds[1:], distortions, strict=True):
             world.distortion = distortion
-        self._damping = 1.0
-        return self.design(design.p, [design.nominal.vertices_mm], design)
 
     def step(self, design: Design) -> Design | None:
         """Return a better design, or None if no damping gives one.

@@ -47,7 +47,10 @@ FIELD_WEIGHTS_PER_MM3 = (1e-3, 1e-2, 5e-2)
 """Weights of the anchor for the smooth fields, each tried where the passes of the one before snap elsewhere."""
 PASS_WEIGHT_SHARE = 0.1
 """Weight of the anchor for the passes, over that for their fields: small, since they start from fields that it has
-shaped, and the gaps between lines are no fault that speeds could mend."""
+shaped, and the gaps between lines are no fault that speeds could mend.
+
+A robust design keeps all of it: the anchor also holds down what noise does, and errors that no film of the search
+stands for grow as soon as it lets go."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -162,6 +165,16 @@ class Stages:
             weight_per_mm3=weight_per_mm3,
         )
 
+    def weights_after(self, field: Field) -> list[float]:
+        """Return the weights of the anchor that are left for the middle stage to try after a field.
+
+        A robust design goes on under the weight that its coarse one ended with, see `PASS_WEIGHT_SHARE`.
+        """
+        if field.stage == "middle":
+            return [weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > field.weight_per_mm3]
+        first = max(FIELD_WEIGHTS_PER_MM3[0], field.weight_per_mm3 if self._options.robust else 0.0)
+        return [first, *(weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > 2.0 * first)]
+
     def lines(self, field: Field, machine: Machine) -> tuple[TracedLayer, ...]:
         """Trace each layer's field with passes that a machine can scratch in its time."""
         fields = self._control(field.triangles, len(field.flat_mm)).vertex_q(field.u)
@@ -253,7 +266,8 @@ class Stages:
         p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in start.layers]))
         worlds = self._worlds(start.flat_mm, start.triangles, control, p)
         forms = _carried_forms(field, start.flat_mm, start.triangles)
-        refinement = self._refinement(worlds, control, forms, PASS_WEIGHT_SHARE * field.weight_per_mm3)
+        share = 1.0 if self._options.robust else PASS_WEIGHT_SHARE
+        refinement = self._refinement(worlds, control, forms, share * field.weight_per_mm3)
         try:
             yield refinement, worlds[0], control, refinement.design(p, [start.vertices_mm])
         finally:
