@@ -129,4 +129,4 @@ def _written(flags: dict[str, Any]) -> Iterable[str]:
 
 
 def _listed(values: Iterable[float]) -> str:
-    return ",".join(str(value) for value in values)
+    return ",".join(f"{value:.15g}" for value in values)

@@ -41,7 +41,7 @@ def make_verdict(result: dict[str, Any]) -> Verdict:
     scored = "ssim_eq4" in result
     return Verdict(
         sentence=_sentence(result),
-        figures=(*(_score_figures(result) if scored else ()), *_strip_figures(result), _machine_time(result)),
+        figures=(*(_score_figures(result) if scored else _shape_figures(result)), _machine_time(result)),
         meter=_meter(result) if scored else None,
         spreads=tuple(_spreads(result)),
         warnings=(*result["warnings"], *(_problem(problem) for problem in result["machine"]["problems"])),
@@ -93,11 +93,14 @@ def _score_figures(result: dict[str, Any]) -> tuple[Figure, ...]:
     )
 
 
-def _strip_figures(result: dict[str, Any]) -> tuple[Figure, ...]:
+def _shape_figures(result: dict[str, Any]) -> tuple[Figure, ...]:
+    """Say of a shape without a target how deep it is, and of a strip how far it bends."""
+    hottest = max(result["stops"], key=lambda stop: stop["temperature_c"])
+    depth = Figure(label="depth", value=f"{hottest['depth_mm']:.1f} mm", note="no target")
     if "bending_radius_mm" not in result:
-        return ()
+        return (depth,)
     promised = f"calibration: {result['promised_radius_mm']:.3g} mm"
-    return (Figure(label="bending radius", value=f"{result['bending_radius_mm']:.3g} mm", note=promised),)
+    return Figure(label="bending radius", value=f"{result['bending_radius_mm']:.3g} mm", note=promised), depth
 
 
 def _machine_time(result: dict[str, Any]) -> Figure:
