@@ -293,7 +293,7 @@ def _draw_robustness(folder: Path, robustness: Robustness) -> None:
     )
 
 
-def _settings(options: PredictOptions) -> dict[str, Any]:
+def plain_settings(options: PredictOptions) -> dict[str, Any]:
     """Return all settings without the arrays of a temperature field, the machine by its name."""
     settings, machine = asdict(options), options.film.machine
     field = asdict(options.temperature_field)  # pyright: ignore[reportArgumentType]  # the fields are dataclasses
@@ -362,7 +362,7 @@ def _result(
         "temperature_field": options.temperature_field.kind,
         "support": options.support,
         "scanner_noise": scanner_noise,
-        "settings": _settings(replace(options, device=shape.device)),
+        "settings": plain_settings(replace(options, device=shape.device)),
         "calibration": {"name": record.name, "placeholder": record.placeholder},
         "calibration_provenance": dict(record.provenance),
         "program_digest": program.digest,

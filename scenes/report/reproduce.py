@@ -15,15 +15,19 @@ PLAN_AGAIN, PREDICT_AGAIN = "out/again", "out/again-hot"
 PAPER_MACHINE = "paper"
 
 
-def plan_command(program: Program, source: str) -> str | None:
-    """Return the command that plans the Program again from the target kept in its folder, None if there is none.
+def plan_command(result: dict[str, Any], program: Program, source: str) -> str | None:
+    """Return the command that plans the Program again from the target kept in its folder.
+
+    None for what no plan gave: a film as run, a strip.
 
     Args:
+        result: the content of result.json.
         program: the Program.
         source: its plan's folder, or its file.
     """
     inputs = program.inputs
-    if inputs.method not in ("perpendicular", "maximum", "inverse"):
+    as_run = result["settings"]["film"]["pass_to_cure_s"] is not None
+    if as_run or inputs.method not in ("perpendicular", "maximum", "inverse"):
         return None
     folder = Path(source).parent if Path(source).suffix else Path(source)
     flags = {"method": inputs.method, "seed": program.seed, **_method_flags(inputs)}
@@ -129,4 +133,4 @@ def _written(flags: dict[str, Any]) -> Iterable[str]:
 
 
 def _listed(values: Iterable[float]) -> str:
-    return ",".join(f"{value:.15g}" for value in values)
+    return ",".join(str(value).removesuffix(".0") for value in values)

@@ -73,7 +73,7 @@ def _told(contents: ReportContents, pictures: Path) -> dict[str, Any]:
             "origin": origin_rows(result),
         },
         "commands": {
-            "plan": plan_command(program, contents.source),
+            "plan": plan_command(result, program, contents.source),
             "predict": predict_command(result, program, contents.source),
         },
     }
