@@ -3,12 +3,15 @@
 from typing import Any
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from planner.target import surface_mesh
 from scenes.pictures.error_map import error_colours
 from scenes.pictures.relief import SKIN, VIEW_FROM, Colours, light_from
 from scenes.report.contents import ReportContents
 from scenes.report.packing import pack_indices, pack_numbers
+from scenes.report.thinned import thin_out
+from twin.score import Scored
 
 EDGE_SHARE = 1 / 100
 """Edge of the target's triangles over the outline's longer side."""
@@ -21,7 +24,7 @@ def pack_sheets(contents: ReportContents) -> dict[str, Any]:
 
     The film is its mid-surface, moved as the scored shape was moved over its target, at all temperatures alike.
     """
-    shape, scored = contents.shape, contents.scored
+    shape, scored = thin_out(contents.shape), contents.scored
     states = shape.vertices_mm if scored is None else scored.transform.apply(shape.vertices_mm)
     target = None if contents.target is None else surface_mesh(contents.target, _edge_mm(contents))
     every = states.reshape(-1, 3) if target is None else np.concatenate([states.reshape(-1, 3), target[0]])
@@ -29,11 +32,11 @@ def pack_sheets(contents: ReportContents) -> dict[str, Any]:
     height = Colours(
         values=states[..., 2], label="height [mm]", low=float(low[2]), high=float(high[2]), colour_map="viridis"
     )
-    error = None if scored is None else error_colours(_error_mm(contents))
+    error = None if scored is None else error_colours(_error_mm(scored, shape.top_mm))
     return {
         "temperature_c": shape.temperature_c.tolist(),
         "hottest": shape.hottest,
-        "film": {**_surface(states, shape.film.triangles), "error": None if error is None else _values(error)},
+        "film": {**_surface(states, shape.triangles), "error": None if error is None else _values(error)},
         "target": None if target is None else _surface(*target),
         "low_mm": low.tolist(),
         "high_mm": high.tolist(),
@@ -48,14 +51,9 @@ def _edge_mm(contents: ReportContents) -> float:
     return 1.0 if contents.target is None else max(contents.target.size_mm) * EDGE_SHARE
 
 
-def _error_mm(contents: ReportContents) -> np.ndarray:
+def _error_mm(scored: Scored, top_mm: np.ndarray) -> np.ndarray:
     """Return the error of the point that the scanner saw nearest to each vertex of the hot film [mm], shape [n]."""
-    from scipy.spatial import KDTree
-
-    scored = contents.scored
-    if scored is None:
-        return np.zeros(0)
-    nearest = KDTree(scored.vertices_mm).query(scored.transform.apply(contents.shape.top_mm))[1]
+    nearest = KDTree(scored.vertices_mm).query(scored.transform.apply(top_mm))[1]
     return scored.error_mm[nearest]
 
 

@@ -61,7 +61,7 @@ class PlanView {
     this.outline(this.data.film_mm, "#c2c8cf", 1);
     this.pen.lineCap = "butt";
     this.pen.lineWidth = 1.2;
-    this.passes.forEach((pass) => this.line(pass, pass.points_mm.length - 1, 0, "#dde1e6"));
+    this.passes.forEach((pass) => this.line(pass, pass.points_mm.length - 1, 0, "#ccd2d9"));
     this.pen.lineWidth = 1.6;
     this.passes.forEach((pass, number) => {
       const { segments, share } = this.reached(number);
