@@ -93,7 +93,7 @@ def predict_into(
         noise: these errors; None: the defaults.
         calibration_draws: score so many films of maps that the calibration's strips leave possible, too, where there
             is a target and the calibration says how uncertain it is.
-        plan_figures: the content of the plan's plan.json, which knows what the calibration clamped; None: unknown.
+        plan_figures: the content of the plan's plan.json, which knows what was clamped and noted; None: unknown.
         source: what is predicted, as the user named it, for the report's commands.
         progress: called with the stage's name and the share done, 0 to 1.
 
@@ -169,6 +169,7 @@ def predict_into(
             **_result(program, target, options, shape, scored, scanner_noise=scanner_noise, wall_s=wall_s),
             **_making(program, machine),
             "clamped": _clamped(plan_figures),
+            "plan_notes": [] if plan_figures is None else _plan_notes(plan_figures),
         }
         if seeds > 1:
             result["warnings"] += _family_warnings(families)
@@ -215,6 +216,11 @@ def _clamped(plan_figures: dict[str, Any] | None) -> dict[str, float] | None:
     if plan_figures is None or "clamped_tight_share" not in plan_figures:
         return None
     return {"tight_share": plan_figures["clamped_tight_share"], "wide_share": plan_figures["clamped_wide_share"]}
+
+
+def _plan_notes(plan_figures: dict[str, Any]) -> list[str]:
+    """Return what the planner noted, and what it says to limit a design."""
+    return [*plan_figures.get("notes", ()), *plan_figures.get("limits", ())]
 
 
 def _family_warnings(families: Sequence[Family]) -> list[str]:

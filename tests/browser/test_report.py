@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from planner.plan import plan_summary
 from planner.program import load_machine, load_program
 from scenes.planning import plan_into
 from scenes.prediction import predict_into
@@ -33,6 +34,7 @@ SECTIONS = (
     "How to reproduce",
 )
 READY_MS = 60_000
+UNPLANNED = {"clamped": None, "plan_notes": []}
 
 
 @dataclass
@@ -69,8 +71,7 @@ def predicted(browser, tmp_path_factory):
     target = replace(two_bump(width_mm=20, height_mm=13, bump_mm=1.6, spread_mm=3), name=HOSTILE)
     folder = tmp_path_factory.mktemp("report")
     made = plan_into(folder, target)
-    figures = {"clamped_tight_share": made.clamped_tight_share, "clamped_wide_share": made.clamped_wide_share}
-    prediction = predict_into(folder, made.program, target, COARSE, plan_figures=figures)
+    prediction = predict_into(folder, made.program, target, COARSE, plan_figures=plan_summary(made))
     return Made(folder=folder, shape=prediction.shape, result=prediction.result)
 
 
@@ -251,7 +252,7 @@ def test_a_film_without_target_that_is_cooled_again(browser, predicted, tmp_path
         vertices_mm=np.concatenate([shape.vertices_mm, shape.vertices_mm[:1]]),
     )
     contents = ReportContents(
-        result={key: value for key, value in result.items() if key not in scores} | {"clamped": None},
+        result={key: value for key, value in result.items() if key not in scores} | UNPLANNED,
         program=load_program(predicted.folder),
         machine=load_machine(),
         shape=cooled,

@@ -299,6 +299,7 @@ def test_what_the_machine_has_to_do_is_told(predicted, planned):
     result, figures = result_of(predicted), json.loads((planned / "plan.json").read_text())
     assert result["layers"] == figures["layers"]
     assert result["clamped"]["wide_share"] == figures["clamped_wide_share"]
+    assert result["plan_notes"] == figures["notes"]
     assert result["machine"]["name"] == "paper"
     assert result["machine"]["reset_and_cure_s"] == 4 * (60 + 180)
     assert result["machine"]["problems"] == figures["problems"]
