@@ -26,6 +26,7 @@ from planner.program import (
     Problem,
     Program,
     check,
+    layer_figures,
     layer_times,
     load_machine,
 )
@@ -219,19 +220,7 @@ def plan_summary(plan: Plan) -> dict[str, Any]:
         "sides": {
             side: {**asdict(figures), "overlap_share": figures.coverage.overlap} for side, figures in plan.sides.items()
         },
-        "layers": [
-            {
-                "index": time.index,
-                "thickness_mm": layer.thickness_mm,
-                "passes": len(layer.passes),
-                "length_mm": sum(stroke.length_mm for stroke in layer.passes),
-                "motion_s": time.motion_s,
-                "travel_s": time.travel_s,
-                "load_s": time.load_s,
-                "total_s": time.total_s,
-            }
-            for layer, time in zip(program.layers, plan.layer_times, strict=True)
-        ],
+        "layers": layer_figures(program, plan.layer_times),
         "problems": [asdict(problem) for problem in plan.problems],
         "notes": list(plan.notes),
     }

@@ -1,5 +1,6 @@
 """What the subcommands of `lce` do: compose the rooms, and tell the user what came out."""
 
+import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -9,7 +10,7 @@ from typing import Any, Literal
 
 from planner.calibration import Calibration, load_calibration
 from planner.errors import InputError
-from planner.plan import Plan
+from planner.plan import Plan, plan_summary
 from planner.program import PROGRAM_FILE, Machine, Program, load_machine, load_program
 from planner.target import Target, load_target
 from scenes.calibrating import NOT_STATED, calibrate_into
@@ -24,7 +25,7 @@ from scenes.inverse_planning import plan_inverse_into
 from scenes.new_scene import write_new_scene
 from scenes.noise_flags import NoiseFlags
 from scenes.output import output_folder, write_json
-from scenes.planning import TARGET_FILE, plan_into, plan_strip_into
+from scenes.planning import PLAN_FILE, TARGET_FILE, plan_into, plan_strip_into
 from scenes.predict_flags import (
     DesignHeatingFlags,
     DesignMaterialFlags,
@@ -211,6 +212,8 @@ def run_predict(
             noisy_films=noise.noise,
             noise=process_noise,
             calibration_draws=calibration_draws,
+            plan_figures=plans_figures(program, loaded.digest),
+            source=program,
             progress=progress,
         )
     _tell_prediction(made)
@@ -294,7 +297,9 @@ def run_demo(out: Path) -> None:
             support=case.predict.support,
             seed=case.predict.seed,
         )
-        predicted = predict_into(out, made.program, target, options, progress=progress)
+        predicted = predict_into(
+            out, made.program, target, options, plan_figures=plan_summary(made), source=out, progress=progress
+        )
     _tell_plan(made)
     _tell_prediction(predicted)
     say(f"pictures, {out / 'result.json'} and the rest are in {out}, start with {out / 'report.html'}")
@@ -316,6 +321,22 @@ def plans_target(program: Path, digest: str | None) -> Target | None:
             "plan again, or name the target to score against with --target."
         )
     return target
+
+
+def plans_figures(program: Path, digest: str) -> dict[str, Any] | None:
+    """Return the figures kept beside a plan's Program, None if there are none or they belong to another.
+
+    Raises:
+        InputError: if they cannot be read.
+    """
+    path = (program if program.is_dir() else program.parent) / PLAN_FILE
+    if not path.is_file():
+        return None
+    try:
+        figures = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(f"{path}: is no JSON ({error}); plan again, or move the file away.") from error
+    return figures if isinstance(figures, dict) and figures.get("program_digest") == digest else None
 
 
 def _tell_calibration(program: Program) -> None:

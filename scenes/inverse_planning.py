@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from planner.calibration import Calibration, load_calibration
-from planner.program import PROGRAM_FILE, Machine, load_machine, save_program
+from planner.program import PROGRAM_FILE, Machine, layer_figures, load_machine, save_program
 from planner.target import Target, save_target
 from scenes.checkpoint import inputs_digest
 from scenes.output import output_folder, write_json
@@ -103,18 +103,8 @@ def inverse_summary(made: InverseDesign, options: InverseOptions) -> dict[str, A
         "wider_range_share": made.wider_range_share,
         "designed_mm": made.designed_mm,
         "layers": [
-            {
-                "index": layer.index,
-                "thickness_mm": layer.thickness_mm,
-                "passes": len(layer.passes),
-                "length_mm": sum(stroke.length_mm for stroke in layer.passes),
-                "motion_s": time.motion_s,
-                "travel_s": time.travel_s,
-                "load_s": time.load_s,
-                "total_s": time.total_s,
-                "tiling": asdict(tiling),
-            }
-            for layer, time, tiling in zip(program.layers, made.layer_times, made.tilings, strict=True)
+            {**figures, "tiling": asdict(tiling)}
+            for figures, tiling in zip(layer_figures(program, made.layer_times), made.tilings, strict=True)
         ],
         "problems": [asdict(problem) for problem in made.problems],
         "limits": list(made.limits),

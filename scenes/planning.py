@@ -14,6 +14,7 @@ from scenes.output import output_folder, write_json
 from scenes.pictures import draw_plan, draw_target
 
 TARGET_FILE = "target.npz"
+PLAN_FILE = "plan.json"
 
 
 def plan_into(
@@ -51,7 +52,7 @@ def plan_into(
             progress=progress,
         )
         save_program(made.program, scratch / PROGRAM_FILE)
-        write_json(scratch / "plan.json", plan_summary(made))
+        write_json(scratch / PLAN_FILE, plan_summary(made))
         save_target(target, scratch / TARGET_FILE)
         draw_plan(scratch / "plan.png", made.program, machine)
         draw_target(scratch / "target.png", target)
@@ -87,6 +88,6 @@ def plan_strip_into(
             "calibration": {"name": calibration.record.name, "placeholder": calibration.record.placeholder},
             "program_digest": program.digest,
         }
-        write_json(scratch / "plan.json", summary)
+        write_json(scratch / PLAN_FILE, summary)
         draw_plan(scratch / "plan.png", program, machine)
     return program

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 import trimesh
 
-from planner.program import Program
+from planner.program import (
+    Cure,
+    Machine,
+    Program,
+    ResetAlignment,
+    check,
+    layer_figures,
+    layer_times,
+    load_machine,
+)
 from planner.target import Target
 from scenes.calibration_band import band_summary, score_drawn_calibrations
 from scenes.output import output_folder, write_json
@@ -24,7 +33,7 @@ from scenes.pictures import (
     draw_side_by_side,
     draw_target,
 )
-from scenes.report import write_report
+from scenes.report import ReportContents, write_report
 from scenes.robustness import Robustness, robustness_summary, score_noisy_films
 from twin.batch import ProcessNoise
 from twin.bending import bending_radius_mm
@@ -62,6 +71,8 @@ def predict_into(
     noisy_films: int = 0,
     noise: ProcessNoise | None = None,
     calibration_draws: int = 0,
+    plan_figures: dict[str, Any] | None = None,
+    source: str | Path = "PLAN",
     progress: Callable[[str, float], None] | None = None,
 ) -> Prediction:
     """Predict `program`, score it against `target` if there is one, and write everything into `folder`.
@@ -82,6 +93,8 @@ def predict_into(
         noise: these errors; None: the defaults.
         calibration_draws: score so many films of maps that the calibration's strips leave possible, too, where there
             is a target and the calibration says how uncertain it is.
+        plan_figures: the content of the plan's plan.json, which knows what was clamped and noted; None: unknown.
+        source: what is predicted, as the user named it, for the report's commands.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
@@ -151,7 +164,13 @@ def predict_into(
             write_score_files(scratch, target, scored)
         report("pictures", 1.0)
         wall_s = time.perf_counter() - started
-        result = _result(program, target, options, shape, scored, scanner_noise=scanner_noise, wall_s=wall_s)
+        machine = options.film.machine or load_machine()
+        result = {
+            **_result(program, target, options, shape, scored, scanner_noise=scanner_noise, wall_s=wall_s),
+            **_making(program, machine),
+            "clamped": _clamped(plan_figures),
+            "plan_notes": [] if plan_figures is None else _plan_notes(plan_figures),
+        }
         if seeds > 1:
             result["warnings"] += _family_warnings(families)
             result["shapes_by_seed"] = [
@@ -163,8 +182,45 @@ def predict_into(
         if band is not None:
             result["score_band"] = band_summary(band, program.calibration.name)
         write_json(scratch / "result.json", result)
-        write_report(scratch, result)
+        contents = ReportContents(
+            result=result,
+            program=program,
+            machine=machine,
+            shape=shape,
+            target=target,
+            scored=scored,
+            source=str(source),
+        )
+        write_report(scratch, contents)
     return Prediction(shape=shape, scored=scored, result=result)
+
+
+def _making(program: Program, machine: Machine) -> dict[str, Any]:
+    """Return what the machine has to do for this film, how long it takes, and what stands against it."""
+    waits = [
+        op.duration_s for layer in program.layers for op in layer.operations if isinstance(op, ResetAlignment | Cure)
+    ]
+    return {
+        "machine": {
+            "name": machine.name,
+            "budget_s": machine.layer.budget_s,
+            "reset_and_cure_s": sum(waits),
+            "problems": [asdict(problem) for problem in check(program, machine)],
+        },
+        "layers": layer_figures(program, layer_times(program, machine)),
+    }
+
+
+def _clamped(plan_figures: dict[str, Any] | None) -> dict[str, float] | None:
+    """Return the shares of the target's points that bend tighter and wider than the calibration reaches, if known."""
+    if plan_figures is None or "clamped_tight_share" not in plan_figures:
+        return None
+    return {"tight_share": plan_figures["clamped_tight_share"], "wide_share": plan_figures["clamped_wide_share"]}
+
+
+def _plan_notes(plan_figures: dict[str, Any]) -> list[str]:
+    """Return what the planner noted, and what it says to limit a design."""
+    return [*plan_figures.get("notes", ()), *plan_figures.get("limits", ())]
 
 
 def _family_warnings(families: Sequence[Family]) -> list[str]:
@@ -243,7 +299,7 @@ def _draw_robustness(folder: Path, robustness: Robustness) -> None:
     )
 
 
-def _settings(options: PredictOptions) -> dict[str, Any]:
+def plain_settings(options: PredictOptions) -> dict[str, Any]:
     """Return all settings without the arrays of a temperature field, the machine by its name."""
     settings, machine = asdict(options), options.film.machine
     field = asdict(options.temperature_field)  # pyright: ignore[reportArgumentType]  # the fields are dataclasses
@@ -312,7 +368,7 @@ def _result(
         "temperature_field": options.temperature_field.kind,
         "support": options.support,
         "scanner_noise": scanner_noise,
-        "settings": _settings(replace(options, device=shape.device)),
+        "settings": plain_settings(replace(options, device=shape.device)),
         "calibration": {"name": record.name, "placeholder": record.placeholder},
         "calibration_provenance": dict(record.provenance),
         "program_digest": program.digest,

@@ -19,7 +19,7 @@ from planner.program.problems import program_problems
 from planner.program.program import CreatedBy, Film, Inputs, Layer, Program
 from planner.program.segments import Segment, describe_split, split_layer
 from planner.program.sentences import validation_sentences
-from planner.program.timing import LayerTime, layer_times, scratch_time
+from planner.program.timing import LayerTime, layer_figures, layer_times, pass_s, scratch_time
 from planner.program.toml_file import read_toml
 
 __all__ = [
@@ -49,9 +49,11 @@ __all__ = [
     "TableModel",
     "check",
     "describe_split",
+    "layer_figures",
     "layer_times",
     "load_machine",
     "load_program",
+    "pass_s",
     "program_problems",
     "program_schema",
     "read_toml",

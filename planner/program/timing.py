@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import dist, sqrt
+from typing import Any
 
 from planner.program.machine import Machine, Stage
 from planner.program.operations import Pass
@@ -42,6 +43,23 @@ def layer_times(program: Program, machine: Machine) -> tuple[LayerTime, ...]:
         times.append(scratch_time(layer.passes, machine, index=layer.index, load_g=load))
         load = layer.passes[-1].load_g[-1] if layer.passes else load
     return tuple(times)
+
+
+def layer_figures(program: Program, times: Sequence[LayerTime]) -> list[dict[str, Any]]:
+    """Collect what is scratched into each layer and how long it takes, as plain values with their units."""
+    return [
+        {
+            "index": layer.index,
+            "thickness_mm": layer.thickness_mm,
+            "passes": len(layer.passes),
+            "length_mm": sum(stroke.length_mm for stroke in layer.passes),
+            "motion_s": time.motion_s,
+            "travel_s": time.travel_s,
+            "load_s": time.load_s,
+            "total_s": time.total_s,
+        }
+        for layer, time in zip(program.layers, times, strict=True)
+    ]
 
 
 def scratch_time(passes: Sequence[Pass], machine: Machine, *, index: int = 0, load_g: float = 0.0) -> LayerTime:

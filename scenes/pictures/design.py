@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from planner.target import Target, surface_mesh
+from scenes.pictures.error_map import error_colours
 from scenes.pictures.relief import Colours, half_height, relief_image
 from scenes.whole_file import whole_file
 from twin.score import Scored
@@ -33,15 +34,7 @@ def draw_design(path: str | Path, target: Target, scored: Scored) -> None:
     """Draw target, predicted shape and its distance from the target side by side, in one scale, into a PNG."""
     vertices, triangles = surface_mesh(target, max(target.size_mm) * EDGE_SHARE)
     scale, score = half_height(vertices), scored.score
-    # As in the error map: a few far points must not bleach everything else.
-    reach = max(float(np.percentile(np.abs(scored.error_mm), 98)), 1e-3)
-    error = Colours(
-        values=scored.error_mm,
-        label="distance from the target [mm]\nblue: below it, red: above it",
-        low=-reach,
-        high=reach,
-        colour_map="RdBu_r",
-    )
+    error = error_colours(scored.error_mm)
     images = [
         relief_image(vertices, triangles, scale, size_px=SIZE_PX),
         relief_image(scored.vertices_mm, scored.triangles, scale, size_px=SIZE_PX),

@@ -26,14 +26,19 @@ def draw_error_map(
         rms_mm: Root mean square distance [mm], for the caption.
         hausdorff_mm: Largest distance [mm], for the caption.
     """
-    # The 98th percentile: a few far points must not bleach everything else.
-    reach = max(float(np.percentile(np.abs(error_mm), 98)), 1e-3)
-    label = "distance from the target [mm]\nblue: below it, red: above it"
     draw_relief(
         path,
         vertices_mm,
         triangles,
         title="Error of the hot shape",
         caption=f"RMS {rms_mm:.2f} mm, largest {hausdorff_mm:.2f} mm",
-        colours=Colours(values=error_mm, label=label, low=-reach, high=reach, colour_map="RdBu_r"),
+        colours=error_colours(error_mm),
     )
+
+
+def error_colours(error_mm: np.ndarray) -> Colours:
+    """Return the colours of distances from the target [mm], positive above it, shape [n], float."""
+    # The 98th percentile: a few far points must not bleach everything else.
+    reach = max(float(np.percentile(np.abs(error_mm), 98)), 1e-3)
+    label = "distance from the target [mm]\nblue: below it, red: above it"
+    return Colours(values=error_mm, label=label, low=-reach, high=reach, colour_map="RdBu_r")

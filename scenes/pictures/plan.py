@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planner.calibration import Calibration
-from planner.program import Layer, Machine, Pass, Program, layer_times, load_machine
+from planner.program import CalibrationLimits, Layer, Machine, Pass, Program, layer_times, load_machine
 from scenes.whole_file import whole_file
 
 if TYPE_CHECKING:
@@ -30,18 +30,14 @@ def draw_plan(path: str | Path, program: Program, machine: Machine | None = None
         program: The Program.
         machine: For the times; None: the paper's machine.
     """
-    import matplotlib
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import ListedColormap, LogNorm
     from matplotlib.figure import Figure
 
     groups = [tuple(group) for _, group in groupby(program.layers, key=lambda layer: layer.passes)]
     groups = [group for group in groups if group[0].passes] or [program.layers]
     limits = program.calibration.limits
-    # The last yellows cannot be seen on white.
-    colours = ListedColormap(matplotlib.colormaps["plasma"](np.linspace(0.0, 0.86, 256)))
-    norm = LogNorm(limits.radius_mm_min, limits.radius_mm_max)
+    colours, norm = radius_colours(limits)
     film = np.array(program.film.outline_mm)
     width, height = np.ptp(film, axis=0)
     columns = min(len(groups), _COLUMNS)
@@ -78,6 +74,23 @@ def draw_plan(path: str | Path, program: Program, machine: Machine | None = None
         figure.savefig(scratch)
 
 
+def radius_colours(limits: CalibrationLimits) -> tuple["Colormap", "Normalize"]:
+    """Return how radii within a calibration's limits are coloured: tight ones dark."""
+    import matplotlib
+    from matplotlib.colors import ListedColormap, LogNorm
+
+    # The last yellows cannot be seen on white.
+    colours = ListedColormap(matplotlib.colormaps["plasma"](np.linspace(0.0, 0.86, 256)))
+    return colours, LogNorm(limits.radius_mm_min, limits.radius_mm_max)
+
+
+def segment_radius_mm(calibration: Calibration, stroke: Pass) -> np.ndarray:
+    """Return the bending radius that each segment of a pass gives [mm], shape [segments]."""
+    load = np.array(stroke.load_g)
+    load = (load[:-1] + load[1:]) / 2.0 if len(load) > 1 else load
+    return calibration.radius_mm(load, np.array(stroke.speed_mm_s))
+
+
 def _draw_passes(
     axes: "Axes", passes: tuple[Pass, ...], calibration: Calibration, norm: "Normalize", colours: "Colormap"
 ) -> None:
@@ -90,10 +103,8 @@ def _draw_passes(
         if stroke.side == "concave":
             middle, half = (starts + ends) / 2.0, _DASH * (ends - starts) / 2.0
             starts, ends = middle - half, middle + half
-        load = np.array(stroke.load_g)
-        load = (load[:-1] + load[1:]) / 2.0 if len(load) > 1 else load
         segments.append(np.stack([starts, ends], axis=1))
-        radii.append(calibration.radius_mm(load, np.array(stroke.speed_mm_s)))
+        radii.append(segment_radius_mm(calibration, stroke))
     if segments:
         lines = LineCollection(
             list(np.concatenate(segments)), array=np.concatenate(radii), cmap=colours, norm=norm, linewidths=1.1

@@ -9,12 +9,12 @@ from scenes.pictures.graphics import renderer
 from scenes.whole_file import whole_file
 
 SIZE_PX = (1000, 1200)
-_VIEW_FROM = np.array([0.32, -0.26, 1.0])
+VIEW_FROM = np.array([0.32, -0.26, 1.0])
 """Direction from the surface to the viewer; +y stays up, and the viewer is far away (no perspective)."""
 _LIGHT_FROM = np.array([-0.66, 0.62, 0.42])
 """Direction to the main light in the viewer's frame (right, up, towards the viewer): the upper left, raking, since
 hot films are shallow."""
-_SKIN = "#e6d5bf"
+SKIN = "#e6d5bf"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -83,9 +83,14 @@ def half_height(vertices_mm: np.ndarray) -> float:
     return 0.54 * float(max(height, width * SIZE_PX[1] / SIZE_PX[0]))
 
 
+def light_from() -> np.ndarray:
+    """Return the direction to the main light in the surface's frame, shape [3]."""
+    return _LIGHT_FROM @ _view()
+
+
 def _view() -> np.ndarray:
     """Rows: the viewer's right, up and towards-the-viewer directions, shape [3, 3]."""
-    towards = _VIEW_FROM / np.linalg.norm(_VIEW_FROM)
+    towards = VIEW_FROM / np.linalg.norm(VIEW_FROM)
     right = np.cross([0.0, 1.0, 0.0], towards)
     right /= np.linalg.norm(right)
     return np.stack([right, np.cross(towards, right), towards])
@@ -103,7 +108,7 @@ def _opengl_image(
         plotter.background_color = pyvista.Color("white")
         shared = {"smooth_shading": True, "specular": 0.04, "ambient": 0.10, "show_scalar_bar": False}
         if colours is None:
-            plotter.add_mesh(mesh, color=_SKIN, **shared)
+            plotter.add_mesh(mesh, color=SKIN, **shared)
         else:
             plotter.add_mesh(
                 mesh, scalars=colours.values, cmap=colours.colour_map, clim=(colours.low, colours.high), **shared
@@ -161,7 +166,7 @@ def _relief_image(
     light = _LIGHT_FROM / np.linalg.norm(_LIGHT_FROM)
     shade = 0.06 + 0.95 * np.clip(normal @ light, 0.0, 1.0) + 0.17 * normal[:, 2]
     if colours is None:
-        base = np.array(to_rgb(_SKIN))
+        base = np.array(to_rgb(SKIN))
     else:
         values = np.einsum("ij,ij->i", weight, colours.values[corners])
         base = matplotlib.colormaps[colours.colour_map](Normalize(colours.low, colours.high)(values))[:, :3]

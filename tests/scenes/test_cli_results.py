@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from planner.errors import SolverError
+from planner.errors import InputError, SolverError
 from planner.program import load_program
 from planner.program.machine import PAPER_MACHINE
 from planner.target import load_target
-from scenes.commands import run_predict
+from scenes.commands import plans_figures, run_predict
 from scenes.noise_flags import NoiseFlags
 from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
 from twin.batch import ProcessNoise
@@ -126,7 +126,7 @@ def test_every_setting_reaches_result_and_report(lce, planned, tmp_path):
     assert film["machine"].startswith("my own ")
     assert settings["ramp"]["tap_mm"] == 0.3
     page = (tmp_path / "hot" / "report.html").read_text(encoding="utf-8")
-    shown = ("0.8 MPa, 1100 kg/m3", "80 C", "0.21, 0.2, 0.19, 0.2 mm", "times 1, 1, 1.2, 1", "0.9 mm, 0.2 mm, 0.3 mm")
+    shown = ("0.8 MPa, 1100 kg/m3", "80 °C", "0.21, 0.2, 0.19, 0.2 mm", "times 1, 1, 1.2, 1", "0.9 mm, 0.2 mm, 0.3 mm")
     for words in (*shown, "tau 3 h", "my own ", "0.3 mm", "uniform"):
         assert words in page, words
 
@@ -205,8 +205,8 @@ def test_snaps_and_several_shapes_are_told(lce, planned, tmp_path, monkeypatch):
     result = result_of(tmp_path / "hot")
     assert result["equilibrium"]["snaps"] == [{"temperature_c": 87.2, "distance_mm": 1.23, "cooling": False}]
     page = (tmp_path / "hot" / "report.html").read_text(encoding="utf-8")
-    assert "snapped at 87 C" in page
-    assert "taken by 67% of the seeds" in page
+    assert "snapped at 87 °C" in page
+    assert "taken by 67 % of the seeds" in page
 
 
 def test_a_plan_leaves_its_program_figures_pictures_and_target(planned):
@@ -263,32 +263,56 @@ def test_the_result_keeps_the_contract(predicted, planned):
 
 
 class References(HTMLParser):
-    """Everything that a page refers to, and its figures."""
+    """Everything that a page refers to, and its tags."""
 
     def __init__(self):
         super().__init__()
         self.sources: list[str] = []
-        self.tags: set[str] = set()
+        self.tags: list[str] = []
+        self.policy = ""
 
     def handle_starttag(self, tag, attrs):
-        self.tags.add(tag)
+        self.tags.append(tag)
         self.sources += [value or "" for key, value in attrs if key in ("src", "href", "srcset", "action", "data")]
+        if ("http-equiv", "Content-Security-Policy") in attrs:
+            self.policy = dict(attrs)["content"] or ""
 
 
 def test_the_report_is_one_page_that_needs_nothing_else(predicted):
     page = (predicted / "report.html").read_text(encoding="utf-8")
     found = References()
     found.feed(page)
-    assert len(found.sources) == 5
-    assert all(source.startswith("data:image/png;base64,") for source in found.sources)
-    assert not found.tags & {"script", "link", "iframe", "object"}
-    assert "http" not in page
-    assert "url(" not in page
-    assert "@import" not in page
+    assert found.tags.count("img") == 5
+    assert all(source.startswith(("data:image/png;base64,", "#")) for source in found.sources)
+    assert not set(found.tags) & {"link", "iframe", "object"}
+    assert "default-src 'none'" in found.policy
+    assert "unsafe-eval" not in found.policy
+    for address in ("http://", "https://", "url(", "@import"):
+        assert address not in page, address
     result = result_of(predicted)
     assert f"SSIM {100 * result['ssim_eq4']:.1f} %" in page
     assert result["program_digest"] in page
     assert "is a placeholder" in page
+
+
+def test_what_the_machine_has_to_do_is_told(predicted, planned):
+    result, figures = result_of(predicted), json.loads((planned / "plan.json").read_text())
+    assert result["layers"] == figures["layers"]
+    assert result["clamped"]["wide_share"] == figures["clamped_wide_share"]
+    assert result["plan_notes"] == figures["notes"]
+    assert result["machine"]["name"] == "paper"
+    assert result["machine"]["reset_and_cure_s"] == 4 * (60 + 180)
+    assert result["machine"]["problems"] == figures["problems"]
+
+
+def test_figures_of_another_plan_are_not_taken_for_this_one(planned, tmp_path):
+    shutil.copytree(planned, tmp_path / "plan")
+    digest = load_program(planned).digest
+    assert plans_figures(tmp_path / "plan", digest) == json.loads((planned / "plan.json").read_text())
+    assert plans_figures(tmp_path / "plan" / "program.json", "sha256:another") is None
+    (tmp_path / "plan" / "plan.json").write_text("{")
+    with pytest.raises(InputError, match=r"plan.json: is no JSON .*; plan again"):
+        plans_figures(tmp_path / "plan", digest)
 
 
 def test_heating_and_shape_belong_together(predicted, planned):
