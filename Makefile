@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 INSTALLED := .venv/installed
 DOCS_INSTALLED := .venv/docs-installed
-SPHINX := $(BIN)/sphinx-build --builder html --nitpicky --fail-on-warning --keep-going --quiet \
+SPHINX := $(BIN)/sphinx-build --builder html --jobs 2 --nitpicky --fail-on-warning --keep-going --quiet \
 	--doctree-dir out/docs-doctrees docs out/docs
 
 .PHONY: demo test test-slow lint docs docs-slow bench validation clean

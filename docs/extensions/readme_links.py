@@ -10,8 +10,13 @@ LINK = re.compile(r"\]\((?!https?://|#)(?P<to>[^)\s]+)\)")
 
 def relative_to_docs(markdown: str) -> str:
     """Return Markdown of the project's folder as it must read in docs/."""
-    return LINK.sub(lambda link: f"]({link['to'].removeprefix('docs/')})" if link["to"].startswith("docs/")
-                    else f"](../{link['to']})", markdown)  # fmt: skip
+    return LINK.sub(lambda link: f"]({_seen_from_docs(link['to'])})", markdown)
+
+
+def _seen_from_docs(to: str) -> str:
+    if to == "examples":  # a folder in the project, a gallery in the site
+        return "gallery/index.rst"
+    return to.removeprefix("docs/") if to.startswith("docs/") else f"../{to}"
 
 
 def _read(app: Sphinx, relative: Path, parent: str, content: list[str]) -> None:
