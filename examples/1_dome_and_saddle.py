@@ -7,6 +7,7 @@ becomes a dome; scratched along the largest curvature it becomes a saddle, as in
 3. The twin finds both by itself: nothing in it knows which one is meant.
 """
 
+# sphinx_gallery_thumbnail_number = 2
 from pathlib import Path
 
 from planner.plan import plan

@@ -8,6 +8,7 @@ From a surface in a file to a plan, a prediction and its score. With the command
     lce predict out/plan --out out/hot
 """
 
+# sphinx_gallery_thumbnail_number = 3
 from pathlib import Path
 
 import numpy as np
