@@ -10,8 +10,7 @@ measure how far they bend, and fit the map. With the command line::
     lce plan my_face.stl --calibration calibration.toml --out out/plan
 
 **The strips below are synthetic**: a known map, 5 % of scatter from a seeded generator, and one
-strip that was swapped with another. So it can be seen whether the fit finds the map, and the
-strip.
+strip that was measured wrong. So it can be seen whether the fit finds the map, and the strip.
 """
 
 import csv
@@ -22,7 +21,7 @@ import numpy as np
 from planner.calibration import calibration_toml, fit_calibration, load_calibration, read_strips
 from planner.plan import plan
 from scenes.case import load_case
-from scenes.pictures import draw_calibration
+from scenes.pictures import draw_calibration, draw_plan
 
 out = Path("out/calibrating_from_strips")
 out.mkdir(parents=True, exist_ok=True)
@@ -83,3 +82,4 @@ for calibration in (truth, measured):
         f"{calibration.record.name}: first pass with {stroke.load_g[0]:.2f} g, "
         f"{made.clamped_wide_share:.0%} of the points bend wider than the map reaches"
     )
+draw_plan(out / "plan.png", made.program)
