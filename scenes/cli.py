@@ -287,8 +287,19 @@ def export(
 def film(
     prediction: Annotated[Path, Parameter(help="Folder of a prediction.")],
     *,
-    out: Annotated[Path, Parameter(help="Film (.mp4, needs the extra `film`; .gif), or folder for pictures (.png).")],
-    frames: Annotated[int, Parameter(help="Number of pictures, 25 a second.", validator=Number(gte=2, lte=2000))] = 150,
+    out: Annotated[
+        Path,
+        Parameter(
+            help="Film (.mp4, needs the extra `film`; .gif), strip of a few shapes side by side (.png), or folder for "
+            "pictures."
+        ),
+    ],
+    frames: Annotated[
+        int | None,
+        Parameter(
+            help="Number of pictures, 25 a second. Default: 150, of a strip 6.", validator=Number(gte=2, lte=2000)
+        ),
+    ] = None,
 ) -> None:
     """Film the sheet of a prediction as it is heated and rises."""
     from scenes.commands import run_film

@@ -278,7 +278,7 @@ def run_export(source: Path, out: Path) -> None:
     say(f"{len(names)} files written to {out}: {', '.join(names)}")
 
 
-def run_film(prediction: Path, out: Path, *, frames: int) -> None:
+def run_film(prediction: Path, out: Path, *, frames: int | None) -> None:
     """Film the heating of a prediction."""
     with progress_bar() as progress:
         count = film_into(out, prediction, frames=frames, progress=progress)

@@ -1,4 +1,4 @@
-"""The heating of a prediction as a film: MP4, GIF or a folder of pictures."""
+"""The heating of a prediction as a film: MP4, GIF, a folder of pictures, or a strip of a few shapes in one picture."""
 
 import json
 from collections.abc import Callable, Iterator
@@ -11,35 +11,50 @@ import numpy as np
 
 from planner.errors import InputError
 from scenes.output import output_folder
-from scenes.pictures import heating_frames
+from scenes.pictures import draw_heating_strip, heating_frames
 
 HEATING_FILE = "heating.npz"
 FRAMES_PER_S = 25
-ALLOWED = "a file that ends in .mp4 or .gif, or a folder for pictures"
+FRAMES, STRIP_FRAMES = 150, 6
+"""Pictures of a film and of a strip, unless another number is asked for."""
+MOST_STRIP_FRAMES = 60
+ALLOWED = "a file that ends in .mp4, .gif or .png, or a folder for pictures"
 
 
-def film_into(out: Path, prediction: Path, *, frames: int, progress: Callable[[str, float], None] | None = None) -> int:
+def film_into(
+    out: Path, prediction: Path, *, frames: int | None = None, progress: Callable[[str, float], None] | None = None
+) -> int:
     """Film the heating of a prediction's folder, and return the number of pictures.
 
     Args:
-        out: film (.mp4, .gif), or folder for pictures named frame_0001.png and so on.
+        out: film (.mp4, .gif), strip (.png), or folder for pictures named frame_0001.png and so on.
         prediction: folder that `lce predict` wrote.
-        frames: number of pictures, 25 a second.
+        frames: number of pictures, 25 a second; None for 150, of a strip 6.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
         InputError: if the prediction cannot be read, or the film not be written.
     """
     kind = out.suffix.lower()
-    if kind not in (".mp4", ".gif", ""):
+    if kind not in (".mp4", ".gif", ".png", ""):
         raise InputError(f"--out: found {out}, allowed is {ALLOWED}; write for example heating.gif.")
     if kind == ".mp4" and find_spec("imageio_ffmpeg") is None:
         raise InputError(
             f"--out: {out} needs the package imageio-ffmpeg, which is not installed; install it (pip install "
             "'lce-twin[film]'), or write a .gif or a folder."
         )
+    if kind == ".png" and frames is not None and frames > MOST_STRIP_FRAMES:
+        raise InputError(
+            f"--frames: found {frames}, allowed are 2 to {MOST_STRIP_FRAMES} in a strip; a folder takes more pictures."
+        )
     arrays, title = _heating(prediction)
-    pictures = heating_frames(arrays["temperature_c"], arrays["vertices_mm"], arrays["triangles"], frames, title=title)
+    if kind == ".png":
+        count = frames or STRIP_FRAMES
+        with output_folder(out.parent) as scratch:
+            draw_heating_strip(scratch / out.name, **arrays, count=count, title=title)
+        return count
+    frames = frames or FRAMES
+    pictures = heating_frames(**arrays, count=frames, title=title)
     if progress is not None:
         pictures = _counted(pictures, frames, progress)
     with output_folder(out.parent if kind else out) as scratch:

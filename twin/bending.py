@@ -15,7 +15,7 @@ def bending_radius_mm(shape: HotShape, *, direction_rad: float = 0.0) -> float:
     """Return the signed radius of curvature of the mid-surface in the middle of the film [mm].
 
     The positions in a patch around the middle are fitted by polynomials of the flat coordinates; the radius is that
-    of the material line through the middle: |x'|^2 / (x'' . n). Positive where the film is convex seen from above.
+    of the material line through the middle: `|x'|^2 / (x'' . n)`. Positive where the film is convex seen from above.
 
     Args:
         shape: the heated film.

@@ -25,7 +25,7 @@ def width_factor(curvature_per_mm: ArrayLike, thickness_mm: float, width_mm: flo
     """Return S, the bending radius of a strip over that of a wide one with the same contraction.
 
     Args:
-        curvature_per_mm: |curvature| to which the strip of this width bends [1/mm], any shape.
+        curvature_per_mm: size of the curvature to which the strip of this width bends [1/mm], any shape.
         thickness_mm: thickness of the strip [mm].
         width_mm: its width [mm].
 
@@ -52,7 +52,7 @@ def width_factor(curvature_per_mm: ArrayLike, thickness_mm: float, width_mm: flo
 
 
 def curvature_at_width(wide_per_mm: ArrayLike, thickness_mm: float, width_mm: float) -> np.ndarray:
-    """Return |curvature| of a strip of some width where a wide one of the same contraction has `wide_per_mm` [1/mm]."""
+    """Return how much a strip bends [1/mm] where a wide one of the same contraction has the curvature `wide_per_mm`."""
     wide = np.abs(np.asarray(wide_per_mm, dtype=float))
     low, high = wide, wide / (1.0 - NU**2)
     for _ in range(BISECTIONS):

@@ -46,7 +46,7 @@ class MeasuredStrips:
     source: str
     """Name of the file."""
     digest: str
-    """SHA-256 of the file, as `sha256:...`."""
+    """SHA-256 of the file, with `sha256:` before it."""
     unread_columns: tuple[str, ...]
     """Columns of the file that mean nothing to the project."""
 

@@ -72,7 +72,7 @@ def wide_stack(contraction: np.ndarray, thickness_mm: np.ndarray) -> tuple[np.nd
 def radius_for_contraction(
     contraction: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int], width_mm: float | None = None
 ) -> np.ndarray:
-    """Look up |bending radius| [mm] of a strip; infinite for zero contraction.
+    """Look up the size of the bending radius [mm] of a strip; infinite for zero contraction.
 
     Without a width it is a wide one, as of `wide_strip`, else it bends more, by `width_factor`.
     """
@@ -87,7 +87,7 @@ def radius_for_contraction(
 def contraction_for_radius(
     radius_mm: ArrayLike, layer_thickness_mm: Sequence[float], aligned: Sequence[int], width_mm: float | None = None
 ) -> np.ndarray:
-    """Look up the contraction that bends a strip to |radius| [mm], the inverse of `radius_for_contraction`.
+    """Look up the contraction that bends a strip to a radius [mm] of either sign: inverts `radius_for_contraction`.
 
     Raises ValueError for a radius that no contraction up to 0.6 reaches.
     """

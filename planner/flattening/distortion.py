@@ -14,13 +14,13 @@ class Distortion:
     """Length and area on the film against the surface; all values are shares, 0 = kept exactly."""
 
     length_median: float
-    """Median of |film / surface - 1| over the edges."""
+    """Median of `|film / surface - 1|` over the edges."""
     length_95: float
     """95th percentile of the same."""
     length_max: float
     """Largest of the same."""
     area_median: float
-    """Median of |film / surface - 1| over the triangles' areas."""
+    """Median of `|film / surface - 1|` over the triangles' areas."""
     area_95: float
     """95th percentile of the same."""
     area_max: float

@@ -37,7 +37,7 @@ class SideFigures:
     covered_share: float
     """Share of the points within half a line width of a pass (0..1)."""
     radius_error: float
-    """Mean of |given / wanted - 1| over the passes' segments: what the choice of one load for a pass costs."""
+    """Mean of `|given / wanted - 1|` over the passes' segments: what the choice of one load for a pass costs."""
     coverage: Coverage
     tiling: Tiling
     """How well the passes fill the patterned region, and follow its smoothed directions."""

@@ -5,6 +5,7 @@ from scenes.pictures.depth_images import draw_depth_images
 from scenes.pictures.design import CurrentPicture, draw_design
 from scenes.pictures.error_map import draw_error_map
 from scenes.pictures.heating_film import heating_frames
+from scenes.pictures.heating_strip import draw_heating_strip
 from scenes.pictures.hot_shape import draw_hot_shape
 from scenes.pictures.noise import draw_noise
 from scenes.pictures.plan import draw_plan
@@ -18,6 +19,7 @@ __all__ = [
     "draw_depth_images",
     "draw_design",
     "draw_error_map",
+    "draw_heating_strip",
     "draw_hot_shape",
     "draw_noise",
     "draw_plan",

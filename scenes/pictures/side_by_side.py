@@ -19,8 +19,9 @@ def draw_side_by_side(
     captions: Sequence[str],
     *,
     title: str,
+    columns: int = COLUMNS,
 ) -> None:
-    """Draw shapes in rows of four into a PNG, each with its caption and depth under it.
+    """Draw shapes in rows into a PNG, each with its caption and depth under it.
 
     Args:
         path: File to write, whole or not at all.
@@ -28,11 +29,12 @@ def draw_side_by_side(
         triangles: Vertex indices, shape [m, 3], int.
         captions: Words for each.
         title: Written above all.
+        columns: Most shapes in a row.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    columns = min(len(shapes_mm), COLUMNS)
+    columns = min(len(shapes_mm), columns)
     rows = -(-len(shapes_mm) // columns)
     scale = max(half_height(shape) for shape in shapes_mm)
     figure = Figure(figsize=(0.6 + 2.8 * columns, 0.7 + 3.7 * rows), dpi=110, facecolor="white", layout="compressed")

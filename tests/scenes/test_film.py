@@ -6,6 +6,8 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 
+from planner.errors import InputError
+from scenes.filming import film_into
 from scenes.pictures import heating_frames
 from scenes.pictures.heating_film import SIZE_PX
 
@@ -56,6 +58,19 @@ def test_films_have_all_their_pictures(lce, heated, tmp_path, name):
     assert np.abs(first.astype(int) - last).mean() > 1.0
 
 
+def test_a_strip_shows_shapes_side_by_side_from_cold_to_hot(heated, tmp_path):
+    six, three = tmp_path / "made" / "six.png", tmp_path / "made" / "three.png"
+    assert film_into(six, heated) == 6
+    assert film_into(three, heated, frames=3) == 3
+    assert imageio.imread(six).shape[1] > 1.8 * imageio.imread(three).shape[1]
+    image = imageio.imread(three).astype(int)
+    sheets = image[image.shape[0] // 4 : image.shape[0] // 2]
+    third = image.shape[1] // 3
+    assert np.abs(sheets[:, :third] - sheets[:, 2 * third : 3 * third]).mean() > 1.0
+    with pytest.raises(InputError, match="allowed are 2 to 60 in a strip"):
+        film_into(tmp_path / "x.png", heated, frames=61)
+
+
 def test_an_mp4_has_all_its_pictures(lce, heated, tmp_path):
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="the extra 'film' is not installed")
     ran = lce("film", heated, "--out", tmp_path / "heating.mp4", "--frames", 50)
@@ -66,7 +81,7 @@ def test_an_mp4_has_all_its_pictures(lce, heated, tmp_path):
 
 
 def test_wrong_films_are_refused(lce, heated, tmp_path, monkeypatch):
-    lce("film", heated, "--out", tmp_path / "x.avi").assert_refused("allowed is a file that ends in .mp4 or .gif")
+    lce("film", heated, "--out", tmp_path / "x.avi").assert_refused("allowed is a file that ends in .mp4, .gif or .png")
     lce("film", tmp_path / "absent", "--out", tmp_path / "x.gif").assert_refused("holds no heating.npz")
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     monkeypatch.setattr("scenes.filming.find_spec", lambda name: None)

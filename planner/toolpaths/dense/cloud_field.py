@@ -17,7 +17,7 @@ CLOUD_LEAST = 0.7
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CloudField:
-    """Smoothed directors on a grid; |q| is the share of points near by, 1 inside the cloud and 0 far from it."""
+    """Smoothed directors on a grid; `|q|` is the share of points near by, 1 inside the cloud and 0 far from it."""
 
     origin_mm: np.ndarray
     """First node [mm], shape [2]."""

@@ -37,7 +37,7 @@ class FieldGrid:
 
 
 def field_grid(field: DirectorField, line_width_mm: float, least: float) -> FieldGrid:
-    """Sample a field; where |q| < `least` nothing is wanted and the region's directions go on smoothly."""
+    """Sample a field; where `|q|` < `least` nothing is wanted and the region's directions go on smoothly."""
     cell, rim = line_width_mm / CELLS_PER_LINE, RIM_LINES * line_width_mm
     low, high = field.box_mm[0] - rim, field.box_mm[1] + rim
     size = tuple(_fast_length(int(np.ceil(extent / cell)) + 1) for extent in high - low)

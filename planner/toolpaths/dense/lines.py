@@ -27,12 +27,12 @@ SHORTEST_LINES = 1.0
 def dense_lines(
     field: DirectorField, *, line_width_mm: float = 0.8, least: float = LEAST, seed: int = 0
 ) -> list[np.ndarray]:
-    """Cover the film where |q| >= `least` with lines along the director, one width apart.
+    """Cover the film where `|q|` >= `least` with lines along the director, one width apart.
 
     Args:
         field: what the film should be; `MeshField(points_mm=..., triangles=..., q=...)` on the flat film's mesh.
         line_width_mm: width that a pass aligns [mm].
-        least: strength |q| below which nothing is scratched.
+        least: strength `|q|` below which nothing is scratched.
         seed: of the noise that the lines grow from.
 
     Returns:
