@@ -107,10 +107,17 @@ def _run_head(session: "BrowserSession") -> None:
                     v_if=f"run.files.includes('{name}')",
                     href=(f"'runs/' + run.id + '/{name}'",),
                     classes="first" if name == "report.html" else "",
-                    target="_blank" if name == "report.html" else "_self",
-                    __properties=["target"],
+                    # Without leaving the page: browsers tell a page that is left so, and it would part with the studio.
+                    **({"target": "_blank", "rel": "noopener"} if name == "report.html" else {"download": ""}),
+                    __properties=["target", "rel", "download"],
                 )
-            html.A("G-code preview (.zip)", v_if="run.gcode", href=("'runs/' + run.id + '/gcode.zip'",))
+            html.A(
+                "G-code preview (.zip)",
+                v_if="run.gcode",
+                href=("'runs/' + run.id + '/gcode.zip'",),
+                download="",
+                __properties=["download"],
+            )
 
 
 def _compare_head() -> None:

@@ -62,6 +62,7 @@ class BrowserSession:
         self.owner, self._queue = owner, queue
         self.server: Any = get_server(f"studio_{owner}", client_type="vue3")
         self._stage: SurfaceStage | None = None
+        self._stage_before: SurfaceStage | None = None
         self._seen_version = -1
         self._preview_number = 0
         self._target: Target | None = None
@@ -217,14 +218,15 @@ class BrowserSession:
 
     def _show(self, surfaces: Sequence[Surface3d], *, aspect: float = ASPECT_ALONE) -> None:
         """Put surfaces into the view."""
-        before, self._stage = self._stage, SurfaceStage(surfaces, aspect=aspect) if surfaces else None
+        if self._stage_before is not None:
+            self._stage_before.close(self.server.state)
+        # The present one is on the page until the page has heard of the next.
+        self._stage_before, self._stage = self._stage, SurfaceStage(surfaces, aspect=aspect) if surfaces else None
         with self.server.ui.surfaces as place:
             place.clear()
             if self._stage is not None:
                 self._stage.widget()
         self.server.state.captions = [{"title": each.title, "size": each.size} for each in surfaces]
-        if before is not None:
-            before.close(self.server.state)
 
     def _target_changed(self, **_: Any) -> None:
         """Open the target anew, once its fields rest."""
