@@ -137,7 +137,7 @@ def _scene(session: "BrowserSession", layout: VAppLayout) -> None:
             html.Div("{{ caption.size }}", classes="quiet")
         with html.Div(style="position: absolute; inset: 0"):
             session.server.ui.surfaces(layout)
-        html.Div("drag to turn, wheel to zoom, shift and drag to move", classes="quiet hint")
+        html.Div("drag: turn, wheel: zoom, shift and drag: move", classes="quiet hint")
         vuetify3.VBtn(
             icon="mdi-home-outline",
             size="small",

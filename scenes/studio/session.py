@@ -3,6 +3,7 @@
 import asyncio
 import logging
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,10 @@ logger = logging.getLogger(__name__)
 
 LOOK_EVERY_S = 0.25
 """How often the queue is looked at while a page is open."""
+PATIENCE_WITH_PAGES_S = 3.0
+"""How long a page may take to draw, unless it was closed meanwhile."""
+PAGES_FOLLOW_S = 20.0
+"""In this time every page that is open has heard of new surfaces."""
 TYPING_PAUSE_S = 0.4
 """A target is opened when its fields have rested for so long."""
 MOST_COMPARED = 4
@@ -62,7 +67,8 @@ class BrowserSession:
         self.owner, self._queue = owner, queue
         self.server: Any = get_server(f"studio_{owner}", client_type="vue3")
         self._stage: SurfaceStage | None = None
-        self._stage_before: SurfaceStage | None = None
+        self._wanted: tuple[Sequence[Surface3d], float] | None = None
+        self._drawing = asyncio.Lock()
         self._seen_version = -1
         self._preview_number = 0
         self._target: Target | None = None
@@ -172,7 +178,7 @@ class BrowserSession:
     def select(self, job_id: str) -> None:
         """Show a run."""
         job = self._queue.jobs.get(job_id)
-        if job is None:
+        if job is None or job_id == self.server.state.selected:
             return
         self.server.state.update({"selected": job_id, "view": "run", "run": run_details(job, self.owner)})
         self._show(self._run_surfaces(job))
@@ -218,15 +224,33 @@ class BrowserSession:
 
     def _show(self, surfaces: Sequence[Surface3d], *, aspect: float = ASPECT_ALONE) -> None:
         """Put surfaces into the view."""
-        if self._stage_before is not None:
-            self._stage_before.close(self.server.state)
-        # The present one is on the page until the page has heard of the next.
-        self._stage_before, self._stage = self._stage, SurfaceStage(surfaces, aspect=aspect) if surfaces else None
-        with self.server.ui.surfaces as place:
-            place.clear()
-            if self._stage is not None:
-                self._stage.widget()
-        self.server.state.captions = [{"title": each.title, "size": each.size} for each in surfaces]
+        self._wanted = surfaces, aspect
+        self._start(self._draw())
+
+    async def _draw(self) -> None:
+        """Draw what is wanted last, after the pages have drawn what was wanted before."""
+        async with self._drawing:
+            if self._stage is not None and self._wanted is not None:
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._stage.loaded.wait(), PATIENCE_WITH_PAGES_S)
+            if self._wanted is None:
+                return
+            (surfaces, aspect), self._wanted = self._wanted, None
+            with self.server.state as state:
+                before, self._stage = self._stage, SurfaceStage(surfaces, aspect=aspect) if surfaces else None
+                with self.server.ui.surfaces as place:
+                    place.clear()
+                    if self._stage is not None:
+                        self._stage.widget()
+                state.captions = [{"title": each.title, "size": each.size} for each in surfaces]
+            if before is not None:
+                self._start(self._close_later(before))
+
+    async def _close_later(self, stage: SurfaceStage) -> None:
+        """Let go of surfaces when no page can be drawing them any more."""
+        await asyncio.sleep(PAGES_FOLLOW_S)
+        with self.server.state as state:
+            stage.close(state)
 
     def _target_changed(self, **_: Any) -> None:
         """Open the target anew, once its fields rest."""

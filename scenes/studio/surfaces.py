@@ -1,5 +1,6 @@
 """Surfaces side by side in 3-D, drawn by the browser, turned together."""
 
+import asyncio
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,6 +20,11 @@ from scenes.pictures.target import drawn_target
 
 ASPECT_ALONE, ASPECT_ABOVE_TABLE = 1.2, 1.9
 """Width of the whole view over its height, on a laptop."""
+MOUSE = (
+    "[{button: 1, action: 'Rotate'}, {button: 2, action: 'Pan'}, {button: 1, action: 'Pan', shift: true}, "
+    "{button: 3, action: 'Zoom', scrollEnabled: true}]"
+)
+"""What dragging does, for the browser."""
 ROOM_FOR_WORDS = 1.16
 """Around the surfaces, for the captions above them."""
 
@@ -76,6 +82,8 @@ class SurfaceStage:
             stage_relief(self._plotter, surface.vertices_mm, surface.triangles, scale)
         self._plotter.link_views()
         self._view: Any = None
+        self.loaded = asyncio.Event()
+        """Set when a page has drawn it: one that is taken away before breaks the next one."""
 
     def widget(self) -> None:
         """Put the view into the present place of the page."""
@@ -86,6 +94,8 @@ class SurfaceStage:
             style="width: 100%; height: 100%",
             # The scene itself does not say that the projection is parallel.
             on_ready=self._push_camera,
+            after_scene_loaded=self.loaded.set,
+            interactor_settings=(MOUSE,),
         )
 
     def turn_home(self) -> None:

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -139,24 +140,39 @@ def test_target_and_shape_are_drawn_side_by_side_and_turn_together(finished):
     page, _ = finished
     canvas = page.locator(".scene canvas")
     canvas.wait_for()
-    page.wait_for_timeout(500)
-    before = pixels(canvas.screenshot())
-    left, right = np.split(before[:, : before.shape[1] // 2 * 2], 2, axis=1)
-    for half in (left, right):
-        # both are there, and neither is drawn in black or bleached
-        seen = half[half.min(axis=2) < 250]
-        assert 0.05 < seen.shape[0] / (half.shape[0] * half.shape[1]) < 0.8
-        assert 60 < np.median(seen) < 240
+
+    def drawn() -> bool:
+        """Both are there, and neither is drawn in black or bleached."""
+        halves = [(half, half[half.min(axis=2) < 250]) for half in left_and_right(pixels(canvas.screenshot()))]
+        return all(0.05 < len(seen) / half[..., 0].size < 0.8 and 60 < np.median(seen) < 240 for half, seen in halves)
+
+    until(page, drawn)
+    before = pixels(canvas.screenshot()).astype(int)
     box = canvas.bounding_box()
-    middle = box["y"] + box["height"] / 2
-    page.mouse.move(box["x"] + box["width"] / 4, middle)
+    start = box["x"] + box["width"] / 4, box["y"] + box["height"] / 2
+    page.mouse.move(*start)
     page.mouse.down()
-    page.mouse.move(box["x"] + box["width"] / 4 + 60, middle + 40, steps=4)
+    page.mouse.move(start[0] + 60, start[1] + 40, steps=6)
     page.mouse.up()
-    page.wait_for_timeout(500)
-    changed = np.abs(pixels(canvas.screenshot()).astype(int) - before).max(axis=2) > 8
-    left, right = np.split(changed[:, : changed.shape[1] // 2 * 2], 2, axis=1)
-    assert min(left.mean(), right.mean()) > 0.02
+
+    def turned() -> bool:
+        changed = np.abs(pixels(canvas.screenshot()) - before).max(axis=2) > 8
+        return all(half.mean() > 0.02 for half in left_and_right(changed))
+
+    until(page, turned)
+
+
+def until(page, condition: Callable[[], bool]) -> None:
+    """Wait until something on a page holds."""
+    ends = time.monotonic() + PATIENCE_MS / 1000
+    while not condition():
+        assert time.monotonic() < ends, "it never happened"
+        page.wait_for_timeout(200)
+
+
+def left_and_right(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    middle = image.shape[1] // 2
+    return image[:, :middle], image[:, middle:]
 
 
 def pixels(png: bytes) -> np.ndarray:
