@@ -206,10 +206,9 @@ def test_program_report_and_gcode_preview_are_exported(finished, tmp_path):
 def test_two_results_are_compared(finished, studio, dome):
     page, _ = finished
     open_target(page, dome)
-    page.get_by_text("Maximum", exact=True).click()
-    page.get_by_label("Mesh [mm]").fill("1.6")
+    page.get_by_label("Heat to [C]").fill("110")
     page.locator(".start button:not([disabled])").click()
-    card(page, "2: small_dome, maximum").get_by_text("done").wait_for(timeout=JOB_PATIENCE_MS)
+    card(page, "2: small_dome, perpendicular").get_by_text("done").wait_for(timeout=JOB_PATIENCE_MS)
     for number in (1, 2):
         card(page, f"{number}: small_dome").get_by_label("compare this run").check()
     page.get_by_role("button", name="Compare 2").click()
@@ -220,6 +219,7 @@ def test_two_results_are_compared(finished, studio, dome):
     written = [json.loads((job_folder(studio, number) / "hot/result.json").read_text()) for number in (1, 2)]
     row = table.locator("tr", has_text="Eq. 4 of the paper").locator("td").all_inner_texts()
     assert row[1:] == [f"{result['ssim_eq4']:.3f}" for result in written]
+    page.locator(".captions").get_by_text("2: small_dome").wait_for()
     captions = page.locator(".captions > div").all_inner_texts()
     assert [caption.partition(":")[0][:6] for caption in captions] == ["Target", "1", "2"]
 
@@ -233,10 +233,14 @@ def test_two_browsers_at_once_do_not_mix(finished, studio, browser):
         other.locator(".v-select").first.click()
         other.get_by_text("face", exact=True).click()
         other.get_by_text("Inverse", exact=True).click()
+        mine.get_by_text("Maximum", exact=True).click()
         other.locator(".scene").get_by_text("Target").wait_for()
         # the first browser still shows its comparison, and its own form
         assert mine.locator("table.scores").is_visible()
         assert mine.locator(".method.chosen").inner_text().startswith("Maximum")
+        assert other.locator(".method.chosen").inner_text().startswith("Inverse")
+        assert mine.locator(".opened").inner_text() == "small_dome.npz"
+        assert other.locator(".opened").count() == 0
         other.get_by_role("button", name="Plan and predict").click()
         other.locator(".stage").first.wait_for()
         seen = card(mine, "3: face, inverse")
@@ -345,6 +349,22 @@ def test_a_wrong_or_another_starts_token_in_the_address_is_refused(studio):
     for token in ("", "wrong", studio.token[:-1], studio.token + "x"):
         assert apart(status_of(studio, "GET", f"/?token={token}", {})) == 403
     assert apart(status_of(studio, "GET", "/", {})) == 403
+
+
+def test_a_file_that_is_too_large_is_refused_and_not_kept(studio):
+    before = set((studio.workspace / "uploads").iterdir())
+
+    async def send() -> tuple[int, str]:
+        form = aiohttp.FormData()
+        form.add_field("file", io.BytesIO(bytes(65 << 20)), filename="large.stl")
+        url = f"http://127.0.0.1:{studio.port}/upload"
+        async with aiohttp.ClientSession() as session, session.post(url, data=form, headers=headers) as answer:
+            return answer.status, await answer.text()
+
+    headers = entered(studio)
+    status, told = apart(send())
+    assert (status, "larger than 64 MB" in told) == (400, True)
+    assert set((studio.workspace / "uploads").iterdir()) == before
 
 
 def test_only_files_of_jobs_are_served(studio, finished):
