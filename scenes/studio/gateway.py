@@ -1,9 +1,7 @@
 """The studio's only door: every request passes the rules of access, then reaches its browser's own session."""
 
-import io
 import re
 import secrets
-import zipfile
 from collections.abc import Awaitable, Callable
 from http import HTTPStatus
 from pathlib import Path
@@ -21,6 +19,7 @@ from scenes.studio.access import (
     page_policy,
     read_cookie,
 )
+from scenes.studio.archives import ARCHIVES, pack
 from scenes.studio.job import Job
 from scenes.studio.queue import JobQueue
 from scenes.studio.session import BrowserSession
@@ -60,7 +59,7 @@ class Gateway:
                 # The page's client asks a launcher for its session before it opens the WebSocket.
                 web.post("/paraview/", self._launch),
                 web.post("/upload", self._upload),
-                web.get("/runs/{job}/gcode.zip", self._gcode),
+                web.get(f"/runs/{{job}}/{{archive:{'|'.join(ARCHIVES)}}}", self._archive),
                 web.get("/runs/{job}/{name}", self._file),
             ]
         )
@@ -201,18 +200,14 @@ class Gateway:
             headers["Content-Disposition"] = f'attachment; filename="{_file_name(job, name)}"'
         return web.FileResponse(path, headers=headers)
 
-    async def _gcode(self, request: web.Request) -> web.StreamResponse:
-        """Send the G-code previews of a job's layers in one archive."""
-        job = self._job(request)
-        paths = job.gcodes()
-        if not paths:
+    async def _archive(self, request: web.Request) -> web.StreamResponse:
+        """Send exports of a job in one archive."""
+        job, name = self._job(request), request.match_info["archive"]
+        packed = await pack(job, name)
+        if packed is None:
             raise web.HTTPNotFound
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-            for path in paths:
-                archive.write(path, path.name)
-        headers = {"Content-Disposition": f'attachment; filename="{_file_name(job, "gcode.zip")}"'}
-        return web.Response(body=packed.getvalue(), content_type="application/zip", headers=headers)
+        headers = {"Content-Disposition": f'attachment; filename="{_file_name(job, name)}"'}
+        return web.Response(body=packed, content_type="application/zip", headers=headers)
 
 
 def _file_name(job: Job, name: str) -> str:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from planner.errors import InputError
 from scenes.output import write_json
-from scenes.studio.request import EXPORT, HOT, PLAN, STEPS, JobRequest
+from scenes.studio.request import HOT, PLAN, STEPS, JobRequest
 from scenes.whole_file import whole_file
 
 REQUEST_FILE, STATE_FILE, LOG_FILE, PROGRESS_FILE = "request.json", "state.json", "log.txt", "progress.jsonl"
@@ -86,10 +86,6 @@ class Job:
             return None
         path = self.folder.joinpath(*DOWNLOADS[name])
         return path if path.is_file() else None
-
-    def gcodes(self) -> list[Path]:
-        """Return the G-code previews, bottom layer first."""
-        return sorted((self.folder / EXPORT).glob("*.gcode"))
 
     def save(self) -> None:
         """Write where it stands, whole or not at all."""

@@ -111,13 +111,14 @@ def _run_head(session: "BrowserSession") -> None:
                     **({"target": "_blank", "rel": "noopener"} if name == "report.html" else {"download": ""}),
                     __properties=["target", "rel", "download"],
                 )
-            html.A(
-                "G-code preview (.zip)",
-                v_if="run.gcode",
-                href=("'runs/' + run.id + '/gcode.zip'",),
-                download="",
-                __properties=["download"],
-            )
+            for name, label in (("gcode.zip", "G-code preview (.zip)"), ("exports.zip", "All exports (.zip)")):
+                html.A(
+                    label,
+                    v_if="run.files.includes('program.json')",
+                    href=(f"'runs/' + run.id + '/{name}'",),
+                    download="",
+                    __properties=["download"],
+                )
 
 
 def _compare_head() -> None:

@@ -8,9 +8,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from planner.errors import InputError
 
-PLAN, HOT, EXPORT = "plan", "hot", "export"
+PLAN, HOT = "plan", "hot"
 """The folders of the results inside a job's, each written by one command."""
-STEPS = {PLAN: "Plan", HOT: "Predict", EXPORT: "Export"}
+STEPS = {PLAN: "Plan", HOT: "Predict"}
 LONGEST = 200
 """Characters in a text field: enough for any list of numbers."""
 
@@ -106,7 +106,7 @@ class JobRequest(BaseModel):
         Raises:
             InputError: if no target was chosen.
         """
-        plan, hot, export = (str(folder / name) for name in (PLAN, HOT, EXPORT))
+        plan, hot = (str(folder / name) for name in (PLAN, HOT))
         inverse = self.method == "inverse"
         heated = _flags({"--temperature-c": self.temperature_c, "--support": self.support})
         heated += _flags({"--modulus-mpa": self.modulus_mpa})
@@ -126,7 +126,6 @@ class JobRequest(BaseModel):
         return {
             PLAN: ["plan", self.source(workspace), "--out", plan, *_flags(planned), *searched],
             HOT: ["predict", plan, "--out", hot, *_flags({"--mesh-mm": self.mesh_mm}), *heated],
-            EXPORT: ["export", plan, "--out", export],
         }
 
 

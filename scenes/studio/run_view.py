@@ -41,7 +41,6 @@ def run_details(job: Job, owner: str) -> dict[str, Any]:
         "depth": _depth(result),
         "warnings": [] if result is None else result["warnings"],
         "files": [name for name in DOWNLOADS if job.download(name)],
-        "gcode": bool(job.gcodes()),
         "log": job.log_tail(LOG_LINES),
     }
 

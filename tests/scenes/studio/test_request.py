@@ -6,7 +6,7 @@ import pytest
 
 from planner.errors import InputError
 from scenes.studio.form import OPTIONS, SOURCES, form_request, scene_items, scene_settings
-from scenes.studio.request import EXPORT, HOT, PLAN, JobRequest, read_request
+from scenes.studio.request import HOT, PLAN, JobRequest, read_request
 
 UPLOAD = "uploads/0123456789abcdef/my_face.stl"
 FORM = {**OPTIONS, **SOURCES}
@@ -21,7 +21,6 @@ def test_an_untouched_form_leaves_everything_to_the_commands():
     assert asked == {
         PLAN: ["plan", "face", "--out", "/ws/jobs/1/plan", "--method=perpendicular"],
         HOT: ["predict", "/ws/jobs/1/plan", "--out", "/ws/jobs/1/hot"],
-        EXPORT: ["export", "/ws/jobs/1/plan", "--out", "/ws/jobs/1/export"],
     }
 
 
