@@ -308,6 +308,30 @@ def film(
 
 
 @app.command
+def studio(
+    *,
+    workspace: Annotated[
+        Path, Parameter(help="Folder of runs and uploaded files; made if absent. One studio at a time.")
+    ] = Path("out/studio"),
+    port: Annotated[
+        int, Parameter(help="Port of 127.0.0.1 to listen on; 0 for any free one.", validator=Number(gte=0, lte=65_535))
+    ] = 0,
+    at_once: Annotated[
+        int, Parameter(help="So many runs at the same time; others wait.", validator=Number(gte=1, lte=64))
+    ] = 1,
+    browser: Annotated[bool, Parameter(help="Open the page in your browser.")] = True,
+) -> None:
+    """Open a local page to plan, predict and compare: prints its address, which has a token in it.
+
+    Only browsers of this machine that have the address are let in. Runs go on when the page is closed; their results
+    stay in the workspace. Needs the extra `studio`. Ctrl-C closes it and cancels what runs.
+    """
+    from scenes.studio.serve import run_studio
+
+    run_studio(workspace, port=port, at_once=at_once, browser=browser)
+
+
+@app.command
 def doctor() -> None:
     """Say what was found on this machine: versions, devices, solver, kernel cache, display, OpenGL, serial ports."""
     from scenes.doctor import print_findings

@@ -33,11 +33,11 @@ def renderer() -> Renderer:
         raise InputError(f"{VARIABLE}: found {choice!r}, allowed are auto, opengl and relief; set one or unset it.")
     if choice == "relief":
         return "relief"
-    _prefer_headless_window()
+    prefer_headless_window()
     return "opengl" if choice == "opengl" or _opengl_works() else "relief"
 
 
-def _prefer_headless_window() -> None:
+def prefer_headless_window() -> None:
     """Let VTK open an EGL or OSMesa window where there is no display, before it tries X and complains."""
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         window = "vtkEGLRenderWindow" if ctypes.util.find_library("EGL") else "vtkOSOpenGLRenderWindow"

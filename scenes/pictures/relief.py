@@ -2,11 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scenes.pictures.graphics import renderer
 from scenes.whole_file import whole_file
+
+if TYPE_CHECKING:
+    import pyvista
 
 SIZE_PX = (1000, 1200)
 VIEW_FROM = np.array([0.32, -0.26, 1.0])
@@ -76,11 +80,16 @@ def relief_image(
     return draw(vertices_mm, triangles, half_height_mm, colours, size_px)
 
 
-def half_height(vertices_mm: np.ndarray) -> float:
-    """Return half the height of a picture that the surface fits into with a margin [mm], vertices [n, 3]."""
+def half_height(vertices_mm: np.ndarray, *, aspect: float = SIZE_PX[0] / SIZE_PX[1]) -> float:
+    """Return half the height of a picture that the surface fits into with a margin [mm].
+
+    Args:
+        vertices_mm: Vertices [mm], shape [n, 3], float.
+        aspect: Width of the picture over its height.
+    """
     seen = vertices_mm @ _view().T
     width, height = np.ptp(seen[:, 0]), np.ptp(seen[:, 1])
-    return 0.54 * float(max(height, width * SIZE_PX[1] / SIZE_PX[0]))
+    return 0.54 * float(max(height, width / aspect))
 
 
 def light_from() -> np.ndarray:
@@ -96,34 +105,56 @@ def _view() -> np.ndarray:
     return np.stack([right, np.cross(towards, right), towards])
 
 
+def stage_relief(
+    plotter: "pyvista.Plotter",
+    vertices_mm: np.ndarray,
+    triangles: np.ndarray,
+    half_height_mm: float,
+    *,
+    colours: Colours | None = None,
+) -> None:
+    """Put a surface, its light and the camera into a plotter's present place, as all relief pictures have them.
+
+    Args:
+        plotter: pyvista's, made without lighting of its own.
+        vertices_mm: Vertices [mm], z towards the viewer, y up, shape [n, 3], float.
+        triangles: Vertex indices, shape [m, 3], int.
+        half_height_mm: Half the height of the picture [mm], as of `half_height`: the scale.
+        colours: Shown instead of one plain colour.
+    """
+    import pyvista
+
+    mesh = pyvista.PolyData.from_regular_faces(vertices_mm, triangles)
+    plotter.background_color = pyvista.Color("white")
+    shared = {"smooth_shading": True, "specular": 0.04, "ambient": 0.10, "show_scalar_bar": False}
+    if colours is None:
+        plotter.add_mesh(mesh, color=SKIN, **shared)
+    else:
+        plotter.add_mesh(
+            mesh, scalars=colours.values, cmap=colours.colour_map, clim=(colours.low, colours.high), **shared
+        )
+    right, up, towards = view = _view()
+    seen = vertices_mm @ view.T
+    middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ view
+    for direction, intensity in ((_LIGHT_FROM, 0.92), (np.array([0.5, 0.0, 1.0]), 0.16)):
+        world = direction @ np.stack([right, up, towards])
+        light = pyvista.Light(position=tuple(middle + 1e3 * world), focal_point=tuple(middle))
+        light.positional, light.intensity = False, intensity
+        plotter.add_light(light, only_active=True)
+    plotter.camera.parallel_projection = True
+    plotter.camera_position = [tuple(middle + 200.0 * towards), tuple(middle), tuple(up)]
+    plotter.camera.parallel_scale = half_height_mm
+
+
 def _opengl_image(
     vertices: np.ndarray, triangles: np.ndarray, half: float, colours: Colours | None, size_px: tuple[int, int]
 ) -> np.ndarray:
     """Draw with pyvista, off screen, shape [h, w, 3]."""
     import pyvista
 
-    mesh = pyvista.PolyData.from_regular_faces(vertices, triangles)
     plotter = pyvista.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
     try:
-        plotter.background_color = pyvista.Color("white")
-        shared = {"smooth_shading": True, "specular": 0.04, "ambient": 0.10, "show_scalar_bar": False}
-        if colours is None:
-            plotter.add_mesh(mesh, color=SKIN, **shared)
-        else:
-            plotter.add_mesh(
-                mesh, scalars=colours.values, cmap=colours.colour_map, clim=(colours.low, colours.high), **shared
-            )
-        right, up, towards = view = _view()
-        seen = vertices @ view.T
-        middle = 0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ view
-        for direction, intensity in ((_LIGHT_FROM, 0.92), (np.array([0.5, 0.0, 1.0]), 0.16)):
-            world = direction @ np.stack([right, up, towards])
-            light = pyvista.Light(position=tuple(middle + 1e3 * world), focal_point=tuple(middle))
-            light.positional, light.intensity = False, intensity
-            plotter.add_light(light)
-        plotter.camera.parallel_projection = True
-        plotter.camera_position = [tuple(middle + 200.0 * towards), tuple(middle), tuple(up)]
-        plotter.camera.parallel_scale = half
+        stage_relief(plotter, vertices, triangles, half, colours=colours)
         plotter.enable_anti_aliasing("ssaa")
         return np.asarray(plotter.screenshot(None, return_img=True))
     finally:

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import numpy as np
+
 from planner.target import Target, surface_mesh
 from scenes.pictures.relief import draw_relief
 
@@ -11,5 +13,10 @@ _EDGE_SHARE = 1 / 120
 
 def draw_target(path: str | Path, target: Target) -> None:
     """Draw a target into a PNG."""
-    vertices, triangles = surface_mesh(target, max(target.size_mm) * _EDGE_SHARE)
+    vertices, triangles = drawn_target(target)
     draw_relief(path, vertices, triangles, title=f"Target: {target.name}")
+
+
+def drawn_target(target: Target) -> tuple[np.ndarray, np.ndarray]:
+    """Return a target's surface as pictures show it: vertices [mm], shape [n, 3], and triangles, shape [m, 3]."""
+    return surface_mesh(target, max(target.size_mm) * _EDGE_SHARE)

@@ -24,6 +24,7 @@ COMMANDS = (
     "calibrate",
     "export",
     "film",
+    "studio",
     "doctor",
     "schema",
 )
@@ -39,6 +40,8 @@ HEAVY = {
     "igl",
     "pydantic",
     "skimage",
+    "trame",
+    "aiohttp",
 }
 WIDTH = 100
 
