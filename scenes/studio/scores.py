@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from scenes.report import SCORES
+from scenes.report.facts import SCORES
 from scenes.studio.job import Job
 
 MORE = (("triangle_count", "triangles of the mesh", "d"), ("wall_s", "time of the prediction [s]", ".0f"))
