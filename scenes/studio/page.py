@@ -1,7 +1,8 @@
 """The studio's page: the form on the left, what is shown in the middle, the runs on the right."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from trame.ui.html import DivLayout
 from trame.ui.vuetify3 import VAppLayout
 from trame.widgets import client, html, vuetify3
 
@@ -11,6 +12,7 @@ from scenes.studio.style import STYLE
 if TYPE_CHECKING:
     from scenes.studio.session import BrowserSession
 
+SURFACES = "surfaces"
 THEME = {
     "theme": {
         "defaultTheme": "studio",
@@ -21,7 +23,8 @@ THEME = {
 
 def build_page(session: "BrowserSession") -> None:
     """Build the page of a session."""
-    with VAppLayout(session.server, vuetify_config=THEME) as layout:
+    surfaces_place(session.server).flush_content()
+    with VAppLayout(session.server, vuetify_config=THEME):
         client.Style(STYLE)
         with html.Div(classes="studio"):
             build_form(session)
@@ -31,12 +34,20 @@ def build_page(session: "BrowserSession") -> None:
                 _target_title()
                 _run_head(session)
                 _compare_head()
-                _scene(session, layout)
+                _scene(session)
                 _run_rest()
                 _score_table()
             with html.Div(classes="column list"):
                 _runs(session)
         html.Iframe(name="upload_answer", style="display: none")
+
+
+def surfaces_place(server: Any) -> DivLayout:
+    """Return the place of the surfaces, to be filled anew.
+
+    It is a template of its own: when one changes, the browser makes all of it anew, and who types would lose the field.
+    """
+    return DivLayout(server, template_name=SURFACES, style="width: 100%; height: 100%")
 
 
 def _problems() -> None:
@@ -131,13 +142,13 @@ def _compare_head() -> None:
         )
 
 
-def _scene(session: "BrowserSession", layout: VAppLayout) -> None:
+def _scene(session: "BrowserSession") -> None:
     with html.Div(v_show="captions.length", classes="scene"):
         with html.Div(classes="captions"), html.Div(v_for="(caption, place) in captions", key="place"):
             html.Div("{{ caption.title }}", style="font-weight: 500")
             html.Div("{{ caption.size }}", classes="quiet")
         with html.Div(style="position: absolute; inset: 0"):
-            session.server.ui.surfaces(layout)
+            client.ServerTemplate(name=SURFACES)
         html.Div("drag: turn, wheel: zoom, shift and drag: move", classes="quiet hint")
         vuetify3.VBtn(
             icon="mdi-home-outline",

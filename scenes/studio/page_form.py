@@ -106,7 +106,7 @@ def _method_form() -> None:
             html.Span(words, classes="quiet")
     with html.Div(v_if="method === 'inverse'", classes="fields"):
         _text_field("budget_s", "Time to search [s]", type="number", min="0", placeholder="until it pays no more")
-        _select("stack", "Passes", [("", "each layer its own"), ("pairs", "lower and upper pair")])
+        _select("stack", "Passes", [("", "each layer"), ("pairs", "in pairs")])
     with html.Label(v_if="method === 'inverse'", classes="row mt-2"):
         html.Input(type="checkbox", v_model=("robust",), style="accent-color: #17646b")
         html.Span("Design for films with errors of the process")
@@ -148,7 +148,7 @@ def _prediction_form() -> None:
     with html.Div(classes="fields"):
         _text_field("temperature_c", "Heat to [C]", type="number", placeholder="150")
         _text_field("mesh_mm", "Mesh [mm]", type="number", min="0", step="0.1", placeholder="0.6")
-        _select("support", "Film", [("", "on the hot plate"), ("free", "weightless")])
+        _select("support", "Film", [("", "on hot plate"), ("free", "weightless")])
         _text_field("modulus_mpa", "Modulus [MPa]", type="number", min="0", step="0.1", placeholder="0.5")
 
 

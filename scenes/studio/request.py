@@ -74,8 +74,7 @@ class JobRequest(BaseModel):
         """The other options that were given, for people."""
         told = {"scene", "upload", "size_mm", "method"}
         given = self.model_dump(exclude_defaults=True, exclude=told)
-        words = {name: Path(value).stem if name == "calibration" else value for name, value in given.items()}
-        return ", ".join(f"{name} {value}" for name, value in words.items())
+        return ", ".join(f"{name} {_word(name, value)}" for name, value in given.items())
 
     def source(self, workspace: Path) -> str:
         """Return what the command line calls the target.
@@ -127,6 +126,13 @@ class JobRequest(BaseModel):
             PLAN: ["plan", self.source(workspace), "--out", plan, *_flags(planned), *searched],
             HOT: ["predict", plan, "--out", hot, *_flags({"--mesh-mm": self.mesh_mm}), *heated],
         }
+
+
+def _word(name: str, value: Any) -> str:
+    """Return the value of an option for people."""
+    if name == "calibration":
+        return Path(value).stem
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _flags(values: dict[str, Any]) -> list[str]:

@@ -25,7 +25,7 @@ from scenes.studio.form import (
     scene_settings,
 )
 from scenes.studio.job import Job
-from scenes.studio.page import build_page
+from scenes.studio.page import build_page, surfaces_place
 from scenes.studio.queue import JobQueue
 from scenes.studio.request import HOT, PLAN, JobRequest
 from scenes.studio.run_view import run_card, run_details
@@ -238,8 +238,7 @@ class BrowserSession:
             (surfaces, aspect), self._wanted = self._wanted, None
             with self.server.state as state:
                 before, self._stage = self._stage, SurfaceStage(surfaces, aspect=aspect) if surfaces else None
-                with self.server.ui.surfaces as place:
-                    place.clear()
+                with surfaces_place(self.server):
                     if self._stage is not None:
                         self._stage.widget()
                 state.captions = [{"title": each.title, "size": each.size} for each in surfaces]

@@ -25,7 +25,7 @@ MOUSE = (
     "{button: 3, action: 'Zoom', scrollEnabled: true}]"
 )
 """What dragging does, for the browser."""
-ROOM_FOR_WORDS = 1.16
+ROOM_FOR_WORDS = 1.24
 """Around the surfaces, for the captions above them."""
 
 _numbers = itertools.count(1)

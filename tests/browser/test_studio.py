@@ -4,6 +4,7 @@ import asyncio
 import io
 import json
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -205,27 +206,6 @@ def test_program_report_and_gcode_preview_are_exported(finished, tmp_path):
     report.close()
 
 
-def test_two_results_are_compared(finished, studio, dome):
-    page, _ = finished
-    open_target(page, dome)
-    page.get_by_label("Heat to [C]").fill("110")
-    page.locator(".start button:not([disabled])").click()
-    card(page, "2: small_dome, perpendicular").get_by_text("done").wait_for(timeout=JOB_PATIENCE_MS)
-    for number in (1, 2):
-        card(page, f"{number}: small_dome").get_by_label("compare this run").check()
-    page.get_by_role("button", name="Compare 2").click()
-    table = page.locator("table.scores")
-    table.wait_for()
-    heads = table.locator("thead th").all_inner_texts()
-    assert [head.partition(":")[0] for head in heads[1:]] == ["1", "2"]
-    written = [json.loads((job_folder(studio, number) / "hot/result.json").read_text()) for number in (1, 2)]
-    row = table.locator("tr", has_text="Eq. 4 of the paper").locator("td").all_inner_texts()
-    assert row[1:] == [f"{result['ssim_eq4']:.3f}" for result in written]
-    page.locator(".captions").get_by_text("2: small_dome").wait_for()
-    captions = page.locator(".captions > div").all_inner_texts()
-    assert [caption.partition(":")[0][:6] for caption in captions] == ["Target", "1", "2"]
-
-
 def test_two_browsers_at_once_do_not_mix(finished, studio, browser):
     mine, _ = finished
     with browser.new_context(viewport=VIEW) as other_context:
@@ -237,24 +217,24 @@ def test_two_browsers_at_once_do_not_mix(finished, studio, browser):
         other.get_by_text("Inverse", exact=True).click()
         mine.get_by_text("Maximum", exact=True).click()
         other.locator(".scene").get_by_text("Target").wait_for()
-        # the first browser still shows its comparison, and its own form
-        assert mine.locator("table.scores").is_visible()
+        # the first browser still shows its run, and its own form
+        assert mine.locator("h1", has_text="1: small_dome").is_visible()
         assert mine.locator(".method.chosen b").inner_text().strip() == "Maximum"
         assert other.locator(".method.chosen b").inner_text().strip() == "Inverse"
         assert mine.locator(".opened").inner_text().strip() == "small_dome.npz"
         assert other.locator(".opened").count() == 0
         other.get_by_role("button", name="Plan and predict").click()
         other.locator(".stage").first.wait_for()
-        seen = card(mine, "3: face, inverse")
+        seen = card(mine, "2: face, inverse")
         seen.get_by_text("running").wait_for()
         assert "another browser" in seen.inner_text()
         seen.click()
-        mine.locator("h1", has_text="3: face").wait_for()
+        mine.locator("h1", has_text="2: face").wait_for()
         assert mine.get_by_role("button", name="Cancel").count() == 0
         # a cancelled job leaves nothing half-written
         other.get_by_role("button", name="Cancel").click()
-        card(other, "3: face, inverse").get_by_text("cancelled").wait_for()
-        left = {path.name for path in job_folder(studio, 3).iterdir()}
+        card(other, "2: face, inverse").get_by_text("cancelled").wait_for()
+        left = {path.name for path in job_folder(studio, 2).iterdir()}
         assert left == {"request.json", "state.json", "log.txt", "progress.jsonl"}
         seen.get_by_text("cancelled").wait_for()
 
@@ -382,16 +362,56 @@ def test_only_files_of_jobs_are_served(studio, finished):
     assert apart(status_of(studio, "GET", f"/runs/{job}/program.json", headers)) == 200
 
 
-def test_a_studio_opened_anew_has_the_results_and_knows_its_browsers(finished, studio, context, page):
+@pytest.fixture(scope="module")
+def again(finished, studio) -> Iterator[Studio]:
+    """The studio closed and opened anew, with a second result beside the first."""
     assert studio.close().splitlines()[-1] == "studio closed"
-    again = open_studio(studio.workspace)
-    try:
-        assert again.token != studio.token
-        mine = open_page(context, again)
-        card(mine, "1: small_dome").click()
-        mine.get_by_text("Predicted at 150 C").wait_for()
-        assert "another browser" not in card(mine, "1: small_dome").inner_text()
-        page.goto(again.url)
-        assert "another browser" in card(page, "1: small_dome").inner_text()
-    finally:
-        again.close()
+    first = job_folder(studio, 1)
+    second = first.with_name("20260101-000000-0123abcd")
+    shutil.copytree(first, second)
+    for name, change in (("request.json", {"number": 9}), ("hot/result.json", {"ssim_eq4": 0.987})):
+        content = json.loads((second / name).read_text())
+        (second / name).write_text(json.dumps({**content, **change}))
+    running = open_studio(studio.workspace)
+    yield running
+    running.close()
+
+
+def test_a_studio_opened_anew_has_the_results_and_knows_its_browsers(again, studio, context, page):
+    assert again.token != studio.token
+    mine = open_page(context, again)
+    card(mine, "1: small_dome").click()
+    mine.get_by_text("Predicted at 150 C").wait_for()
+    assert "another browser" not in card(mine, "1: small_dome").inner_text()
+    page.goto(again.url)
+    assert "another browser" in card(page, "1: small_dome").inner_text()
+
+
+def test_two_results_are_compared(again, page):
+    page.goto(again.url)
+    for number in (1, 9):
+        card(page, f"{number}: small_dome").get_by_label("compare this run").check()
+    page.get_by_role("button", name="Compare 2").click()
+    table = page.locator("table.scores")
+    table.wait_for()
+    heads = table.locator("thead th").all_inner_texts()
+    assert [head.partition(":")[0] for head in heads[1:]] == ["1", "9"]
+    written = [json.loads((job_folder(again, number) / "hot/result.json").read_text()) for number in (1, 9)]
+    row = table.locator("tr", has_text="Eq. 4 of the paper").locator("td").all_inner_texts()
+    assert row[1:] == [f"{result['ssim_eq4']:.3f}" for result in written]
+    assert row[1] != row[2]
+    page.locator(".captions").get_by_text("9: small_dome").wait_for()
+    captions = page.locator(".captions > div").all_inner_texts()
+    assert [caption.partition(":")[0][:6] for caption in captions] == ["Target", "1", "9"]
+
+
+def test_fields_keep_what_is_typed_while_the_target_is_drawn_anew(again, page, dome):
+    page.goto(again.url)
+    open_target(page, dome)
+    page.locator(".scene").get_by_text("7.8 x 7.8 mm").wait_for()
+    width = page.get_by_label("Width of the box [mm]")
+    width.press_sequentially("20")
+    page.get_by_label("Height of the box [mm]").press_sequentially("20")
+    page.locator(".scene").get_by_text("20.0 x 20.0 mm").wait_for()
+    page.keyboard.type("0")
+    assert page.get_by_label("Height of the box [mm]").input_value() == "200"
