@@ -1,6 +1,5 @@
 """What the subcommands of `lce` do: compose the rooms, and tell the user what came out."""
 
-import json
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, replace
@@ -11,8 +10,8 @@ from typing import Any, Literal
 from planner.calibration import Calibration, load_calibration
 from planner.errors import InputError
 from planner.plan import Plan, plan_summary
-from planner.program import PROGRAM_FILE, Machine, Program, load_machine, load_program
-from planner.target import Target, load_target
+from planner.program import Machine, Program, load_machine, load_program
+from planner.target import Target
 from scenes.calibrating import NOT_STATED, calibrate_into
 from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
@@ -25,7 +24,8 @@ from scenes.inverse_planning import plan_inverse_into
 from scenes.new_scene import write_new_scene
 from scenes.noise_flags import NoiseFlags
 from scenes.output import output_folder, write_json
-from scenes.planning import PLAN_FILE, TARGET_FILE, plan_into, plan_strip_into
+from scenes.plan_folder import plans_figures, plans_target
+from scenes.planning import plan_into, plan_strip_into
 from scenes.predict_flags import (
     DesignHeatingFlags,
     DesignMaterialFlags,
@@ -303,40 +303,6 @@ def run_demo(out: Path) -> None:
     _tell_plan(made)
     _tell_prediction(predicted)
     say(f"pictures, {out / 'result.json'} and the rest are in {out}, start with {out / 'report.html'}")
-
-
-def plans_target(program: Path, digest: str | None) -> Target | None:
-    """Return the target kept beside a plan's Program, None if there is none.
-
-    Raises:
-        InputError: if it is not the surface that the Program was planned for.
-    """
-    path = (program if program.is_dir() else program.parent) / TARGET_FILE
-    if not path.is_file():
-        return None
-    target = load_target(path)
-    if digest is not None and target.digest != digest:
-        raise InputError(
-            f"{path}: has the digest {target.digest[:19]}..., but {PROGRAM_FILE} was planned for {digest[:19]}...; "
-            "plan again, or name the target to score against with --target."
-        )
-    return target
-
-
-def plans_figures(program: Path, digest: str) -> dict[str, Any] | None:
-    """Return the figures kept beside a plan's Program, None if there are none or they belong to another.
-
-    Raises:
-        InputError: if they cannot be read.
-    """
-    path = (program if program.is_dir() else program.parent) / PLAN_FILE
-    if not path.is_file():
-        return None
-    try:
-        figures = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise InputError(f"{path}: is no JSON ({error}); plan again, or move the file away.") from error
-    return figures if isinstance(figures, dict) and figures.get("program_digest") == digest else None
 
 
 def _tell_calibration(program: Program) -> None:

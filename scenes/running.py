@@ -20,9 +20,10 @@ from rig.executor.operations import list_operations
 from rig.executor.session import Ran, preflight, run_session
 from rig.machine_file import RigDescription, load_rig
 from scenes.as_run_score import AsRunScores, score_as_run
-from scenes.commands import plans_target, say
+from scenes.commands import say
 from scenes.live_view import live_view
 from scenes.output import write_json
+from scenes.plan_folder import plans_target
 from scenes.planning import TARGET_FILE
 from scenes.whole_file import whole_file
 

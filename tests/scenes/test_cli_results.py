@@ -14,8 +14,9 @@ from planner.errors import InputError, SolverError
 from planner.program import load_program
 from planner.program.machine import PAPER_MACHINE
 from planner.target import load_target
-from scenes.commands import plans_figures, run_predict
+from scenes.commands import run_predict
 from scenes.noise_flags import NoiseFlags
+from scenes.plan_folder import plans_figures
 from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
 from twin.batch import ProcessNoise
 from twin.families import Family
