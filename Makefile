@@ -11,8 +11,9 @@ SPHINX := $(BIN)/sphinx-build --builder html --jobs 2 --nitpicky --fail-on-warni
 demo: $(INSTALLED)
 	$(BIN)/lce demo --out out/demo
 
+# A file's tests stay in one process: they share what they have made.
 test: $(INSTALLED)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 test-slow: $(INSTALLED)
 	$(BIN)/python -m pytest -m slow
