@@ -54,7 +54,8 @@ def test_pygrbl_streamer_drives_our_controller() -> None:
             assert not host.command("G1X300F600Q1")  # refused
             assert host.stream(["G1X300F600"], completion_timeout=10.0) is False  # leaves the travel: ALARM:2
             assert "ALARM:2" in said
-            assert host.reset(unlock=True)
+            # Its time-outs are short for a busy machine; it may be asked as often as one likes.
+            assert any(host.reset(unlock=True) for _ in range(3))
         finally:
             host.disconnect()
 
