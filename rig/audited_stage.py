@@ -94,7 +94,7 @@ class AuditedStage(ABC):
         """Let the audit know of a move in the film frame [mm], and add the time that it should take at most."""
         self._audit.extend(self._machine(target), speed_mm_s)
         moved = [most for a, b, most in zip(start, target, self._max_speed, strict=True) if a != b]
-        self._expected_s += move_s(dist(start, target), min(speed_mm_s, *moved, speed_mm_s), self._acceleration)
+        self._expected_s += move_s(dist(start, target), min([speed_mm_s, *moved]), self._acceleration)
 
     @contextmanager
     def _stopped_on_failure(self) -> Iterator[None]:

@@ -5,16 +5,14 @@ from typing import Any
 import numpy as np
 from scipy.spatial import KDTree
 
-from planner.target import surface_mesh
 from scenes.pictures.error_map import error_colours
 from scenes.pictures.relief import SKIN, VIEW_FROM, Colours, light_from
+from scenes.pictures.target import drawn_target
 from scenes.report.contents import ReportContents
 from scenes.report.packing import pack_indices, pack_numbers
 from scenes.report.thinned import thin_out
 from twin.score import Scored
 
-EDGE_SHARE = 1 / 100
-"""Edge of the target's triangles over the outline's longer side."""
 SHADES = 17
 """Colours that a colour map is written down with."""
 
@@ -26,7 +24,7 @@ def pack_sheets(contents: ReportContents) -> dict[str, Any]:
     """
     shape, scored = thin_out(contents.shape), contents.scored
     states = shape.vertices_mm if scored is None else scored.transform.apply(shape.vertices_mm)
-    target = None if contents.target is None else surface_mesh(contents.target, _edge_mm(contents))
+    target = None if contents.target is None else drawn_target(contents.target)
     every = states.reshape(-1, 3) if target is None else np.concatenate([states.reshape(-1, 3), target[0]])
     low, high = every.min(axis=0), every.max(axis=0)
     height = Colours(
@@ -45,10 +43,6 @@ def pack_sheets(contents: ReportContents) -> dict[str, Any]:
         "view_from": VIEW_FROM.tolist(),
         "light_from": light_from().tolist(),
     }
-
-
-def _edge_mm(contents: ReportContents) -> float:
-    return 1.0 if contents.target is None else max(contents.target.size_mm) * EDGE_SHARE
 
 
 def _error_mm(scored: Scored, top_mm: np.ndarray) -> np.ndarray:
