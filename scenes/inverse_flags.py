@@ -29,7 +29,11 @@ class InverseFlags:
         ),
     ] = None
     robust: Annotated[
-        bool, Parameter(help="Design for the mean over films with errors of the process, not for the perfect one.")
+        bool,
+        Parameter(
+            help="Lower what errors of the process are expected to cost, for a little score without them and four "
+            "times the time."
+        ),
     ] = False
     budget_s: Annotated[
         float | None,

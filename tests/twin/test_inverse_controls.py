@@ -1,6 +1,3 @@
-from types import SimpleNamespace
-from typing import Any, cast
-
 import numpy as np
 import pytest
 
@@ -8,11 +5,9 @@ from planner.calibration import load_calibration
 from planner.plan import plan
 from planner.target import mesh_outline
 from scenes.case import load_case
-from twin.batch import ProcessNoise
-from twin.film import FilmOptions, build_film, film_from_alignment
+from twin.film import FilmOptions, build_film
 from twin.inverse.at_target import TargetEnergy
 from twin.inverse.field_control import FieldControl
-from twin.inverse.noise import AMPLITUDE, NoiseModes
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
 from twin.inverse.traced import pass_bounds, pass_contraction, with_contraction
@@ -90,53 +85,6 @@ def test_pairs_of_layers_share_a_field():
     assert np.array_equal(q[0], q[1])
     assert np.array_equal(q[2], q[3])
     assert not np.array_equal(q[0], q[2])
-
-
-def test_errors_of_the_process_transpose_and_shift_no_constant_field(film):
-    rng = np.random.default_rng(0)
-    q, by_q = rng.normal(size=(2, 4, len(film.triangles), 2))
-    modes = NoiseModes(film, ProcessNoise(), seed=3)
-    one = modes.distortion(rng.normal(size=len(modes.changes(q))))
-    assert (one.pull(by_q) * q).sum() == pytest.approx((one.push(q) * by_q).sum(), rel=1e-10)
-    same = np.broadcast_to((0.1, 0.05), q.shape)
-    strength = np.linalg.norm(one.push(same), axis=2) / np.hypot(0.1, 0.05)
-    np.testing.assert_allclose(strength, np.broadcast_to(one.strength[:, None], strength.shape), rtol=1e-10)
-
-
-def test_changes_are_the_first_order_of_the_distortions(film):
-    q = np.random.default_rng(0).normal(size=(4, len(film.triangles), 2))
-    noise = ProcessNoise(registration_mm=0.0)
-    modes = NoiseModes(film, noise, seed=3)
-    changes, small = modes.changes(q), 1e-5
-    for number in range(len(changes)):
-        errors = np.zeros(len(changes))
-        errors[number] = small
-        np.testing.assert_allclose((modes.distortion(errors).push(q) - q) / small, changes[number], atol=1e-4)
-
-
-def test_the_worst_errors_are_those_that_move_the_film_most():
-    """A film that answers only to its first layer suffers most from that layer's strength and the whole film's."""
-    flat, triangles = mesh_outline(SQUARE, 2.5)
-    q = np.ones((4, len(triangles), 2))
-    modes = NoiseModes(
-        film_from_alignment(flat, triangles, q, layer_thickness_mm=np.full(4, 0.2)),
-        ProcessNoise(direction_rad=0.0, registration_mm=0.0),
-        seed=0,
-    )
-
-    class Answering:
-        def push(self, dq):
-            return dq[0, :1]
-
-    class Measured:
-        def curve(self, move):
-            return move
-
-    worst = modes.worst(cast(Any, Answering()), q, cast(Any, SimpleNamespace(measured=Measured())))
-    up, down = worst[0].strength - 1.0, worst[1].strength - 1.0
-    np.testing.assert_allclose(up, -down)
-    assert abs(up[0]) == pytest.approx(AMPLITUDE * 0.05 * np.sqrt(2.0))
-    np.testing.assert_allclose(np.abs(up[1:]), AMPLITUDE * 0.05 / np.sqrt(2.0))
 
 
 def test_energy_at_the_target_has_the_gradient_of_differences():

@@ -55,6 +55,8 @@ class Anchor:
         area_mm2: np.ndarray,
         layer_thickness_mm: np.ndarray,
         activation: float,
+        *,
+        hold: np.ndarray | None = None,
         overbending: float = OVERBENDING,
     ) -> None:
         """Prepare.
@@ -64,18 +66,22 @@ class Anchor:
             area_mm2: flat area of each triangle [mm^2], shape [m].
             layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
             activation: fraction of the full contraction at which the film should be there.
+            hold: factor on each triangle's share of the energy, shape [m]; None for 1.
             overbending: factor on the target's second form.
         """
         self._a, self._b = forms[:, :3], overbending * forms[:, 3:]
         self._activation = activation
         self._thickness = np.asarray(layer_thickness_mm, dtype=float)
+        self.hold = np.ones(len(area_mm2)) if hold is None else hold
+        """Factor on each triangle's share of the energy, shape [m]; may be replaced."""
         self._area = area_mm2
         self._response: np.ndarray = np.empty(0)
 
     def value(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return T over mu [mm^3] and its gradient, shape [layers, m, 2]."""
         energy = LayerResponse(q, self._thickness, activation=self._activation).energy(self._a, self._b)
-        return float(self._area @ energy.value), self._area[:, None] * energy.by_q
+        area = self.hold * self._area
+        return float(area @ energy.value), area[:, None] * energy.by_q
 
     def linearise(self, q: np.ndarray) -> None:
         """Prepare `curve` at alignment vectors, shape [layers, m, 2]."""
@@ -91,4 +97,4 @@ class Anchor:
         height = self._thickness.sum()
         # W = (d11^2 + d22^2 + d11 d22 + d12^2)/2 per thickness for a small change d of the metric at nu = 1/2
         strain = np.concatenate((stress[:, :3] @ COMPLIANCE / height, 3.0 * stress[:, 3:] @ COMPLIANCE / height**3), 1)
-        return np.einsum("malq,ma->lmq", self._response, self._area[:, None] * strain)
+        return np.einsum("malq,ma->lmq", self._response, (self.hold * self._area)[:, None] * strain)

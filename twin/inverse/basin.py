@@ -2,10 +2,13 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import KDTree
 
 from planner.errors import SolverError
-from twin.equilibrium import rigid_distance_mm
+from twin.equilibrium import moved_onto, rigid_distance_mm
+from twin.inverse.harden import Hardening
 from twin.inverse.refine import Design, Refinement
 from twin.inverse.world import World
 
@@ -17,8 +20,16 @@ WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 """Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
 FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
-RENEWED_AFTER = 4
-"""Steps after which a robust design looks again for the errors that it suffers most from."""
+EVALUATIONS = 25
+"""Equilibria in each round of hardening."""
+RAMPS_AFTER = 0.6
+"""Share of a round that is over when its films are heated."""
+MIXES, DEVIATIONS = 2, 2.0
+"""Mixes of errors whose films must keep the design's shape when heated from flat, and how far they are off."""
+LEFT_MM = 0.3
+"""A noisy film has left the design's shape if its ramp ends farther from the shape next to the design's."""
+HELD, HELD_LENGTH_MM = 4.0, 3.0
+"""Factor on the anchor where a film has left, and how far around."""
 FAILURES = 4
 """Ramps that may end elsewhere before a search is given up."""
 SETTLED = 0.003
@@ -34,9 +45,7 @@ def descend(refinement: Refinement, design: Design, *, steps: int, go_on: Callab
         steps: at most so many.
         go_on: called with each new design; False ends the descent.
     """
-    for number in range(steps):
-        if number % RENEWED_AFTER == 0:
-            design = refinement.renewed(design)
+    for _ in range(steps):
         better = refinement.step(design)
         if better is None:
             break
@@ -52,13 +61,12 @@ def ramped(refinement: Refinement, world: World, design: Design) -> tuple[Design
     Raises:
         SolverError: if the film cannot be heated.
     """
-    found = world.settle(design.q, world.ramp(design.q), design.nominal)
-    off = rigid_distance_mm(found.vertices_mm, design.nominal.vertices_mm)
+    found = world.settle(design.q, world.ramp(design.q), design.shape)
+    off = rigid_distance_mm(found.vertices_mm, design.shape.vertices_mm)
     logger.info("ramp from flat: %.3f mm off, ssim %.4f", off, found.measured.ssim)
     if off < SAME_MM:
         return design, True
-    shapes = (found, *design.shapes[1:])
-    return replace(design, shapes=shapes, value=refinement.value(design.p, design.q, shapes)), False
+    return refinement.valued(design.p, design.q, found), False
 
 
 def descend_in_basin(
@@ -99,7 +107,7 @@ def descend_in_basin(
         except SolverError as error:
             logger.info("ramp: %s", error)
             break
-        if best is None or design.nominal.measured.value < best[0].nominal.measured.value:
+        if best is None or design.shape.measured.value < best[0].shape.measured.value:
             best = design, weight
         if not landed:
             failures += 1
@@ -110,3 +118,67 @@ def descend_in_basin(
         return design
     refinement.weight_per_mm3 = best[1]
     return best[0]
+
+
+def harden_in_basin(
+    refinement: Refinement,
+    hardening: Hardening,
+    world: World,
+    design: Design,
+    *,
+    rounds: int,
+    go_on: Callable[[Design], bool],
+    progress: Callable[[float], None],
+) -> Design:
+    """Harden a design in rounds, so that it and its worst noisy films keep its shape when heated from flat.
+
+    Where a film ends in another shape, the anchor gets more weight there; where the design's own film does, the round
+    is made again. Of the designs that keep their shape the last with the fewest films that leave it counts; without any
+    it is the first.
+
+    Args:
+        refinement: the design's, with the anchor that hardening uses as well.
+        hardening: what hardens.
+        world: the film.
+        design: where to start: one that keeps its shape.
+        rounds: at most so many.
+        go_on: called with each new design; False ends the search.
+        progress: called with the share done, 0 to 1.
+    """
+    film = world.newton.shell.film
+    centre_mm = film.flat_mm[film.triangles].mean(axis=1)
+    best: tuple[int, Design] | None = None
+    for number in range(rounds):
+        try:
+            candidate = hardening.harden(
+                design, EVALUATIONS, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
+            )
+            noisy = hardening.worst(candidate, MIXES, DEVIATIONS)
+        except SolverError as error:
+            logger.info("hardening: %s", error)
+            break
+        more = go_on(candidate)
+        left = [_left_mm(world, candidate, q) for q in (candidate.q, *noisy)]
+        leaving = [off_mm[film.triangles].mean(axis=1) for off_mm in left if off_mm.max() > LEFT_MM]
+        logger.info("%d of %d films leave the design", len(leaving), len(left))
+        if left[0].max() <= LEFT_MM:
+            design = candidate
+            if best is None or len(leaving) <= best[0]:
+                best = len(leaving), design
+        if leaving:
+            there = centre_mm[np.any([off_mm > 0.3 * off_mm.max() for off_mm in leaving], axis=0)]
+            near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
+            refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
+        if not more:
+            break
+    return design if best is None else best[1]
+
+
+def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
+    """Return how far each vertex of a film ends from its shape next to the design's when it is heated, shape [n]."""
+    try:
+        meant = world.balance(q, design.shape.vertices_mm)
+        return np.linalg.norm(moved_onto(world.ramp(q), meant) - meant, axis=1)
+    except SolverError as error:
+        logger.info("a film under the worst errors: %s", error)
+        return np.zeros(len(design.shape.vertices_mm))

@@ -9,7 +9,7 @@ exactly; freezing a and b and dropping the product of both small terms leaves a 
 the Gauss-Newton steps use.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -40,13 +40,16 @@ class Measured:
     outline_mm: float
     """Root mean square distance of the film's rim from the target's outline, seen from above."""
     transform: RigidTransform
-    gradient: np.ndarray
-    """With respect to the vertices of the top face, in the film's frame [1/mm], shape [n, 3]."""
-    _model: "_Model"
+    model: "QuadraticModel"
+
+    @property
+    def gradient(self) -> np.ndarray:
+        """With respect to the vertices of the top face, in the film's frame [1/mm], shape [n, 3]."""
+        return self.model.gradient()
 
     def curve(self, displacement_mm: np.ndarray) -> np.ndarray:
         """Return the positive semi-definite curvature of the model times a displacement, shape [n, 3]."""
-        return self._model.curve(displacement_mm)
+        return self.model.curve(displacement_mm)
 
 
 class Mismatch:
@@ -112,7 +115,7 @@ class Mismatch:
         off = ((moved[on_rim, :2] - self._outline_points[nearest]) * outward).sum(axis=1)
         outline = float(np.sqrt(weight[on_rim] @ off**2))
 
-        model = _Model(
+        model = QuadraticModel(
             look=look,
             steep=np.where(both.ravel()[:, None], steep, 0.0),
             grey_per_mm=grey_per_mm,
@@ -124,6 +127,9 @@ class Mismatch:
             rim_weight=PER_MM2 * OUTLINE_SHARE * weight[on_rim],
             rotation=transform.rotation,
             project=_RigidProjection(moved, normal, area, self._triangles),
+            difference_grey=(sample - reference).ravel(),
+            height_mm=difference,
+            off_mm=off,
         )
         ssim = ssim_eq4(reference, sample)
         return Measured(
@@ -132,17 +138,13 @@ class Mismatch:
             rms_mm=rms,
             outline_mm=outline,
             transform=transform,
-            gradient=model.back(
-                model.image_curve((sample - reference).ravel()) * grey_per_mm + 2.0 * model.share * difference,
-                2.0 * model.rim_weight * off,
-            ),
-            _model=model,
+            model=model,
         )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Model:
-    """The quadratic form of a shape's small displacements."""
+class QuadraticModel:
+    """The mismatch near one shape, as a quadratic form of small displacements."""
 
     look: sp.csr_matrix
     steep: np.ndarray
@@ -155,8 +157,32 @@ class _Model:
     rim_weight: np.ndarray
     rotation: np.ndarray
     project: "_RigidProjection"
+    difference_grey: np.ndarray
+    height_mm: np.ndarray
+    off_mm: np.ndarray
+
+    def weighed(self, *, heights: float, outline: float) -> "QuadraticModel":
+        """Return the model with factors on rms^2 and on outline^2/2, beside the similarity.
+
+        Only pixels that show both surfaces count, so that the model is the square of something and never far below
+        what it models: it can be minimised by itself. The outline's term stands for the others.
+        """
+        return replace(
+            self,
+            share=heights * self.share,
+            rim_weight=outline * self.rim_weight,
+            difference_grey=self.grey_per_mm * self.height_mm,
+        )
+
+    def gradient(self) -> np.ndarray:
+        """Return the gradient at the shape itself [1/mm], shape [n, 3]."""
+        return self.back(
+            self.image_curve(self.difference_grey) * self.grey_per_mm + 2.0 * self.share * self.height_mm,
+            2.0 * self.rim_weight * self.off_mm,
+        )
 
     def curve(self, displacement_mm: np.ndarray) -> np.ndarray:
+        """Return the curvature times a displacement, shape [n, 3]."""
         moved = self.project.apply(displacement_mm @ self.rotation.T)
         z = ((self.look @ moved) * self.steep).sum(axis=1)
         image = self.image_curve(self.grey_per_mm * z) * self.grey_per_mm + 2.0 * self.share * z

@@ -1,12 +1,11 @@
-"""Films that noise has made of one design: the few that stand for the process in robust design.
+"""The errors of the process as one covariance of a film's alignment.
 
-The errors of `twin.batch.ProcessNoise` are many, but a film answers most of them in the same few soft ways. With
-standard normal errors xi, J what each does to the vertices and C the curvature of the mismatch, it grows by
+`twin.batch.ProcessNoise` draws errors; here are their second moments, to first order in the errors. With s a linear
+functional of the alignment q, the variance that the process gives it is s^t Cov(q) s, where
 
-    xi^t G xi / 2,      G = J^t C J,
-
-on average by half the trace of G. The eigenvectors of G with the largest eigenvalues are the errors that cost most;
-films to both sides along each of these stand for all. They depend on the design, and are found again as it changes.
+- the strain of the whole film, that of one layer, and its shift along x and y each add (n . s) n for what one
+  standard deviation of it changes, n = N q with N linear;
+- the directions of a layer add sigma^2 t(x) k(x - x') t(x') with t = 2 q_perp . s and their correlation k.
 """
 
 import numpy as np
@@ -15,67 +14,65 @@ from scipy.spatial import Delaunay, KDTree
 
 from twin.batch import ProcessNoise, smooth_field
 from twin.film import Film
-from twin.inverse.distortion import Distortion
-from twin.inverse.world import Shape, World
 
-MODES = 2
-"""Errors that a robust design is made for at a time; each has two films, of opposite sign."""
-AMPLITUDE = 1.28
-"""How far these films are off [standard deviations]: at the 10th and the 90th percentile."""
-FIELDS = 8
-"""Random fields of directions that stand for all of them."""
+FIELDS = 24
+"""Random fields of directions that stand for all of them where single errors are asked for."""
+CELLS_PER_LENGTH, MOST_CELLS = 4, 48
+"""Fineness of the grid on which correlated directions are summed up: of the correlation's length, of the film."""
 
 
-class NoiseModes:
-    """The independent errors of the process on one mesh, in an order of their own."""
+class ProcessErrors:
+    """The errors of `ProcessNoise` on one mesh, to first order."""
 
     def __init__(self, film: Film, noise: ProcessNoise, *, seed: int) -> None:
-        """Draw the fields of directions for the mesh of a film: the same ones for the same seed."""
+        """Prepare the mesh of a film, and draw the fields of directions of `examples`: the same for the same seed."""
         rng = np.random.default_rng(seed)
         centre = film.flat_mm[film.triangles].mean(axis=1)
         self._layers, self._noise = len(film.contraction), noise
         self._mesh, self._tree = Delaunay(centre), KDTree(centre)
+        self._shifts = [self._moved(shift) for shift in noise.registration_mm * np.eye(2)]
+        self._to_grid, self._correlation = _on_grid(centre, noise.direction_length_mm)
         self._turns = noise.direction_rad * np.stack(
             [[smooth_field(centre, noise.direction_length_mm, rng) for _ in range(self._layers)] for _ in range(FIELDS)]
         )
-        self._shifts = [
-            [self._moved(shift) for shift in noise.registration_mm * np.eye(2)] for _ in range(self._layers)
-        ]
 
-    def changes(self, q: np.ndarray) -> list[np.ndarray]:
-        """Return what one standard deviation of each error changes in alignment vectors, each [layers, m, 2]."""
+    def examples(self, q: np.ndarray) -> list[np.ndarray]:
+        """Return changes of the alignment [layers, m, 2] whose outer products add up to about its covariance."""
         made = [self._noise.strain * q]
         for layer in range(self._layers):
-            only = np.zeros((self._layers, 1, 1))
-            only[layer] = 1.0
-            made.append(self._noise.layer_strain * only * q)
-            for moved in self._shifts[layer]:
-                made.append(only * (moved @ q[layer] - q[layer]))
-        across = np.stack((-q[..., 1], q[..., 0]), axis=-1)
-        return [*made, *(2.0 / np.sqrt(FIELDS) * turn[..., None] * across for turn in self._turns)]
+            for change in self._of_layer(q[layer]):
+                made.append(np.zeros_like(q))
+                made[-1][layer] = change
+        return [*made, *(2.0 / np.sqrt(FIELDS) * turn[..., None] * _across(q) for turn in self._turns)]
 
-    def distortion(self, errors: np.ndarray) -> Distortion:
-        """Return what errors [standard deviations], in the order of `changes`, do together."""
-        common, rest = errors[0], errors[1 : 1 + 3 * self._layers].reshape(self._layers, 3)
-        return Distortion(
-            strength=1.0 + self._noise.strain * common + self._noise.layer_strain * rest[:, 0],
-            turn_rad=np.einsum("f,flm->lm", errors[1 + 3 * self._layers :], self._turns) / np.sqrt(FIELDS),
-            shift=tuple(self._moved(self._noise.registration_mm * own) for own in rest[:, 1:]),
-        )
+    def variance(self, q: np.ndarray, s: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return s^t Cov(q) s, Cov(q) s and half the gradient by q with s held; s and both [layers, m, 2] like q."""
+        common = self._noise.strain * float((q * s).sum())
+        value = common**2
+        spread, by_q = common * self._noise.strain * q, common * self._noise.strain * s
+        across = _across(q)
+        for layer, own in enumerate(s):
+            # strain first, then the shifts, as in `_of_layer`
+            for change, back in zip(
+                self._of_layer(q[layer]),
+                (self._noise.layer_strain * own, *(moved.T @ own - own for moved in self._shifts)),
+                strict=True,
+            ):
+                along = float((change * own).sum())
+                value += along**2
+                spread[layer] += along * change
+                by_q[layer] += along * back
+            turned = 2.0 * self._noise.direction_rad * (across[layer] * own).sum(axis=1)
+            summed = self._to_grid.T @ (self._correlation @ (self._to_grid @ turned))
+            value += float(turned @ summed)
+            weight = 2.0 * self._noise.direction_rad * summed[:, None]
+            spread[layer] += weight * across[layer]
+            by_q[layer] -= weight * _across(own)
+        return value, spread, by_q
 
-    def worst(self, world: World, q: np.ndarray, shape: Shape) -> list[Distortion]:
-        """Return the errors that cost a design most, in pairs of opposite sign.
-
-        Args:
-            world: the film as intended, linearised at the design.
-            q: its alignment, shape [layers, m, 2].
-            shape: its equilibrium.
-        """
-        moves = [world.push(change) for change in self.changes(q)]
-        costs = [shape.measured.curve(move) for move in moves]
-        gram = np.array([[float((move * cost).sum()) for cost in costs] for move in moves])
-        directions = np.linalg.eigh(gram)[1][:, ::-1].T
-        return [self.distortion(sign * AMPLITUDE * own) for own in directions[:MODES] for sign in (1.0, -1.0)]
+    def _of_layer(self, q: np.ndarray) -> list[np.ndarray]:
+        """Return what one standard deviation of a layer's strain and of its shifts changes, each [m, 2]."""
+        return [self._noise.layer_strain * q, *(moved @ q - q for moved in self._shifts)]
 
     def _moved(self, shift_mm: np.ndarray) -> sp.csr_matrix:
         """Return the map of values at the triangles' centres to those of the field moved by a shift."""
@@ -98,3 +95,37 @@ class NoiseModes:
             ),
             shape=(count, count),
         )
+
+
+def _across(q: np.ndarray) -> np.ndarray:
+    """Return alignment vectors turned by a right angle, [..., 2]: half of what a turn of one radian changes."""
+    return np.stack((-q[..., 1], q[..., 0]), axis=-1)
+
+
+def _on_grid(points_mm: np.ndarray, length_mm: float) -> tuple[sp.csr_matrix, np.ndarray]:
+    """Return the bilinear map of points [m, 2] to a square grid, [nodes, m], and the nodes' correlation."""
+    low = points_mm.min(axis=0)
+    extent = float(np.ptp(points_mm, axis=0).max())
+    cell = max(length_mm / CELLS_PER_LENGTH, extent / MOST_CELLS) if np.isfinite(length_mm) else extent
+    place = (points_mm - low) / cell
+    corner = np.floor(place).astype(int)
+    across, up = corner.max(axis=0) + 2
+    part = place - corner
+    entries = [
+        (
+            (corner[:, 0] + right) * up + corner[:, 1] + above,
+            np.abs(1 - right - part[:, 0]) * np.abs(1 - above - part[:, 1]),
+        )
+        for right in (0, 1)
+        for above in (0, 1)
+    ]
+    to_grid = sp.csr_matrix(
+        (
+            np.concatenate([weight for _, weight in entries]),
+            (np.concatenate([node for node, _ in entries]), np.tile(np.arange(len(place)), 4)),
+        ),
+        shape=(across * up, len(place)),
+    )
+    nodes = cell * np.stack(np.meshgrid(np.arange(across), np.arange(up), indexing="ij"), axis=-1).reshape(-1, 2)
+    distance = np.linalg.norm(nodes[:, None] - nodes[None], axis=2)
+    return to_grid, np.exp(-0.5 * (distance / length_mm) ** 2)

@@ -1,23 +1,21 @@
-"""Refine a design through its equilibria: Gauss-Newton steps with adjoints.
+"""Refine a design through its equilibrium: Gauss-Newton steps with adjoints.
 
 Minimised is, over the design variables p,
 
-    mean over the films of the mismatch + weight T(q(p)) + penalty(p),
+    mismatch + weight T(q(p)) + penalty(p),
 
 where T is the energy of `twin.inverse.anchor`: little of it keeps the ramp from flat on its way to the target.
 """
 
 import logging
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
 from planner.errors import SolverError
 from twin.inverse.anchor import Anchor
-from twin.inverse.distortion import Distortion
-from twin.inverse.noise import NoiseModes
 from twin.inverse.world import Shape, World
 
 logger = logging.getLogger(__name__)
@@ -67,116 +65,65 @@ class Design:
 
     p: np.ndarray
     q: np.ndarray
-    """Intended alignment of the triangles, shape [layers, m, 2]."""
-    shapes: tuple[Shape, ...]
-    """One a world; the first is the nominal film."""
+    """Alignment of the triangles, shape [layers, m, 2]."""
+    shape: Shape
     value: float
     """What is minimised."""
 
-    @property
-    def nominal(self) -> Shape:
-        """The film as intended."""
-        return self.shapes[0]
-
 
 class Refinement:
-    """Minimises over the design variables; every trial is an equilibrium in every world."""
+    """Minimises over the design variables; every trial is an equilibrium."""
 
-    def __init__(
-        self,
-        worlds: Sequence[World],
-        control: Control,
-        anchor: Anchor,
-        *,
-        weight_per_mm3: float,
-        noise: NoiseModes | None = None,
-    ) -> None:
+    def __init__(self, world: World, control: Control, anchor: Anchor, *, weight_per_mm3: float) -> None:
         """Prepare.
 
         Args:
-            worlds: the nominal film, then those that noise distorts, all of one mesh.
+            world: the film.
             control: the design variables.
             anchor: what ties the design to the target beside its shape.
             weight_per_mm3: the anchor's weight.
-            noise: what distorts the other films.
         """
-        self._worlds, self._control, self._anchor, self._noise = tuple(worlds), control, anchor, noise
+        self._world, self._control, self.anchor = world, control, anchor
         self.weight_per_mm3 = weight_per_mm3
         self._damping = 1.0
 
-    def design(self, p: np.ndarray, starts_mm: Sequence[np.ndarray], near: Design | None = None) -> Design:
-        """Find and measure the equilibria of p near starts [mm], shape [n, 3], one a world (or one for all).
+    def design(self, p: np.ndarray, start_mm: np.ndarray, near: Shape | None = None) -> Design:
+        """Find and measure the equilibrium of p near a start [mm], shape [n, 3].
 
         Raises:
-            SolverError: if one has none.
+            SolverError: if there is none.
         """
         q = self._control.q(p)
-        starts = [*starts_mm, *[starts_mm[-1]] * (len(self._worlds) - len(starts_mm))]
-        before = [None] * len(self._worlds) if near is None else near.shapes
-        shapes = tuple(
-            world.settle(q, start, shape) for world, start, shape in zip(self._worlds, starts, before, strict=True)
-        )
-        return Design(p=p, q=q, shapes=shapes, value=self.value(p, q, shapes))
+        return self.valued(p, q, self._world.settle(q, start_mm, near))
 
-    def value(self, p: np.ndarray, q: np.ndarray, shapes: Sequence[Shape]) -> float:
-        """Return what is minimised."""
-        mismatch = float(np.mean([shape.measured.value for shape in shapes]))
-        return mismatch + self.weight_per_mm3 * self._anchor.value(q)[0] + self._control.penalty(p)[0]
+    def valued(self, p: np.ndarray, q: np.ndarray, shape: Shape) -> Design:
+        """Return a design with what is minimised."""
+        held = self.weight_per_mm3 * self.anchor.value(q)[0] + self._control.penalty(p)[0]
+        return Design(p=p, q=q, shape=shape, value=shape.measured.value + held)
 
     def weighed(self, design: Design, weight_per_mm3: float) -> Design:
         """Return the same design under another weight of the anchor, which holds from then on."""
         self.weight_per_mm3, self._damping = weight_per_mm3, 1.0
-        return replace(design, value=self.value(design.p, design.q, design.shapes))
-
-    def renewed(self, design: Design) -> Design:
-        """Return the same design with the noisy films that it now suffers most from; without noise, as it is.
-
-        Where one of these has no equilibrium, the former ones stay.
-
-        Raises:
-            SolverError: if the design's equilibrium is not stable.
-        """
-        if self._noise is None:
-            return design
-        nominal = self._worlds[0]
-        self._linearised(nominal, design.q, design.nominal)
-        former = [world.distortion for world in self._worlds[1:]]
-        self._distort(self._noise.worst(nominal, design.q, design.nominal))
-        try:
-            return self.design(design.p, [design.nominal.vertices_mm], design)
-        except SolverError as error:
-            logger.info("a film under the worst errors: %s", error)
-            self._distort(former)
-            return design
-
-    def _distort(self, distortions: Sequence[Distortion | None]) -> None:
-        for world, distortion in zip(self._worlds[1:], distortions, strict=True):
-            world.distortion = distortion
+        return self.valued(design.p, design.q, design.shape)
 
     def step(self, design: Design) -> Design | None:
         """Return a better design, or None if no damping gives one.
 
         Raises:
-            SolverError: if the design's own equilibria are not stable.
+            SolverError: if the design's own equilibrium is not stable.
         """
-        control, worlds, p = self._control, self._worlds, design.p
-        share = 1.0 / len(worlds)
+        control, world, p, shape = self._control, self._world, design.p, design.shape
         self._linearise(design)
-        by_q = sum(
-            world.pull(share * shape.measured.gradient) for world, shape in zip(worlds, design.shapes, strict=True)
-        )
-        by_anchor = self.weight_per_mm3 * self._anchor.value(design.q)[1]
-        gradient = control.pull(p, by_q + by_anchor) + control.penalty(p)[1]
+        by_anchor = self.weight_per_mm3 * self.anchor.value(design.q)[1]
+        gradient = control.pull(p, world.pull(shape.measured.gradient) + by_anchor) + control.penalty(p)[1]
 
         def model(dp: np.ndarray, damping: float) -> np.ndarray:
             dq = control.push(p, dp)
-            curved = np.zeros_like(dq)
-            for world, shape in zip(worlds, design.shapes, strict=True):
-                move = world.push(dq)
-                # soft bending modes move far for little: they are what the linear model is wrong about
-                held = damping * MOVE_DAMPING_PER_MM2 * world.vertex_share * move
-                curved += world.pull(share * (shape.measured.curve(move) + held))
-            return control.pull(p, curved + self.weight_per_mm3 * self._anchor.curve(dq)) + control.penalty_curve(p, dp)
+            move = world.push(dq)
+            # soft bending modes move far for little: they are what the linear model is wrong about
+            held = damping * MOVE_DAMPING_PER_MM2 * world.vertex_share * move
+            curved = world.pull(shape.measured.curve(move) + held) + self.weight_per_mm3 * self.anchor.curve(dq)
+            return control.pull(p, curved) + control.penalty_curve(p, dp)
 
         for trial_number in range(TRIALS):
             if trial_number:
@@ -185,14 +132,12 @@ class Refinement:
             dp = _conjugate_gradients(
                 lambda d, own=self._damping, c=damping: model(d, own) + c * d, -gradient, control.precondition
             )
-            dq = control.push(p, dp)
-            moves = [world.push(dq) for world in worlds]
-            longest = max(float(np.linalg.norm(move, axis=1).max()) for move in moves)
+            move = world.push(control.push(p, dp))
+            longest = float(np.linalg.norm(move, axis=1).max())
             part = min(1.0, LONGEST_STEP_MM / max(longest, 1e-12))
             expected = -part * float((gradient * dp).sum()) - 0.5 * part**2 * float((dp * model(dp, 0.0)).sum())
-            starts = [shape.vertices_mm + part * move for shape, move in zip(design.shapes, moves, strict=True)]
             try:
-                trial = self.design(p + part * dp, starts, design)
+                trial = self.design(p + part * dp, shape.vertices_mm + part * move, shape)
             except SolverError as error:
                 logger.info("trial: %s", error)
                 self._damping *= 8.0
@@ -209,12 +154,8 @@ class Refinement:
         return None
 
     def _linearise(self, design: Design) -> None:
-        self._anchor.linearise(design.q)
-        for world, shape in zip(self._worlds, design.shapes, strict=True):
-            self._linearised(world, design.q, shape)
-
-    def _linearised(self, world: World, q: np.ndarray, shape: Shape) -> None:
-        if not world.linearise(q, shape):
+        self.anchor.linearise(design.q)
+        if not self._world.linearise(design.q, design.shape.vertices_mm):
             raise SolverError("refinement: the design's equilibrium is not stable; start from another seed.")
 
 

@@ -13,6 +13,8 @@ logger = logging.getLogger(__name__)
 
 STEPS = {"coarse": 10, "middle": 7, "passes": 9, "finish": 6}
 """Steps at most in each stage, in `coarse` for each weight of the anchor."""
+ROUNDS = {"coarse": 4, "middle": 3, "passes": 3, "finish": 1}
+"""Rounds of hardening in each stage of a robust design."""
 BUDGET_SHARES = {"coarse": 0.25, "middle": 0.4, "passes": 0.65, "finish": 0.85, "limits": 1.0}
 """Share of the budget after which each stage ends: lines and check take the rest."""
 
@@ -65,13 +67,13 @@ class Search:
         first = len(self.history)
 
         def go_on(design: Design) -> bool:
-            measured = design.nominal.measured
+            measured = design.shape.measured
             moment = Moment(
                 elapsed_s=time.perf_counter() - self._started,
                 stage=stage,
                 ssim=measured.ssim,
                 rms_mm=measured.rms_mm,
-                top_mm=measured.transform.apply(design.nominal.top_mm),
+                top_mm=measured.transform.apply(design.shape.top_mm),
                 triangles=triangles,
             )
             logger.info("%s %.1f s: ssim %.4f, rms %.3f mm", stage, moment.elapsed_s, moment.ssim, moment.rms_mm)

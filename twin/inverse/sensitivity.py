@@ -57,13 +57,17 @@ class Sensitivity:
         force = np.einsum("tap,tp->ta", self._mixed, flat).reshape(*self._slots.shape, 3)
         slots, count = self._slots.ravel(), self._newton.shell.vertex_count
         total = np.stack([np.bincount(slots, force[..., axis].ravel(), count) for axis in range(3)], axis=1)
-        return -self._solve(total)
+        return self.adjoint(total)
 
     def pull(self, by_vertices: np.ndarray) -> np.ndarray:
         """Return dJ/dq, shape [layers, m, 2], for the gradient dJ/dx of a function, shape [n, 3]."""
-        adjoint = self._solve(by_vertices)[self._slots].reshape(len(self._slots), -1)
-        by_q = -np.einsum("tap,ta->tp", self._mixed, adjoint)
+        adjoint = self.adjoint(by_vertices)[self._slots].reshape(len(self._slots), -1)
+        by_q = np.einsum("tap,ta->tp", self._mixed, adjoint)
         return by_q.reshape(len(by_q), -1, 2).swapaxes(0, 1)
+
+    def adjoint(self, by_vertices: np.ndarray) -> np.ndarray:
+        """Return -H^-1 dJ/dx, shape [n, 3]."""
+        return -self._solve(by_vertices)
 
     def _solve(self, force: np.ndarray) -> np.ndarray:
         system = self._newton.system

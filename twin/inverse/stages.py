@@ -1,7 +1,7 @@
 """The stages of an inverse design, each starting from the last one's film."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -17,15 +17,16 @@ from planner.target import Target, mesh_outline
 from twin.film import Film, carry, film_from_alignment, outline_of
 from twin.inverse.anchor import Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
-from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, ramped
+from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, harden_in_basin, ramped
 from twin.inverse.field_control import FieldControl
+from twin.inverse.harden import Hardening
 from twin.inverse.mismatch import Mismatch
-from twin.inverse.noise import MODES, NoiseModes
+from twin.inverse.noise import ProcessErrors
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
 from twin.inverse.refine import Control, Design, Refinement
-from twin.inverse.search import STEPS, Search
+from twin.inverse.search import ROUNDS, STEPS, Search
 from twin.inverse.traced import (
     TracedLayer,
     contraction_range,
@@ -45,6 +46,8 @@ PASS_SMOOTHNESS = 1e-4
 PASS_DAMPING = 1e-4
 FIELD_WEIGHTS_PER_MM3 = (1e-3, 1e-2, 5e-2)
 """Weights of the anchor for the smooth fields, each tried where the passes of the one before snap elsewhere."""
+ROBUST_WEIGHTS_PER_MM3 = WEIGHTS_PER_MM3[:2]
+"""Weights for the coarse stage of a robust design: under less, its noisy films snap."""
 PASS_WEIGHT_SHARE = 0.1
 """Weight of the anchor for the passes, over that for their fields: small, since they start from fields that it has
 shaped, and the gaps between lines are no fault that speeds could mend.
@@ -74,6 +77,8 @@ class Field:
     """Fundamental forms a*, b* that the film would have on the target, for the anchor, shape [m, 6]."""
     weight_per_mm3: float
     """Weight of the anchor that the design was found with."""
+    hold: np.ndarray
+    """Factor on it in each triangle, shape [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -117,27 +122,31 @@ class Stages:
         first = self.at_target(self._target)
         flat, triangles = first.flat_mm, first.triangles
         control = self._control(triangles, len(flat))
-        worlds = self._worlds(flat, triangles, control, first.u)
+        world = self._world(flat, triangles, control.q(first.u))
         forms = forms_on_target(first.vertices_mm, flat, triangles)
-        refinement = self._refinement(worlds, control, forms, WEIGHTS_PER_MM3[0])
+        refinement = self._refinement(world, control, forms, np.ones(len(triangles)), WEIGHTS_PER_MM3[0])
         go_on = self._search.watcher("coarse", triangles)
+        weights = ROBUST_WEIGHTS_PER_MM3 if self._options.robust else WEIGHTS_PER_MM3
         try:
-            design = refinement.design(first.u, [worlds[0].ramp(control.q(first.u))])
+            design = refinement.design(first.u, world.ramp(control.q(first.u)))
             go_on(design)
             design = descend_in_basin(
-                refinement, worlds[0], design, weights_per_mm3=WEIGHTS_PER_MM3, steps=STEPS["coarse"], go_on=go_on
+                refinement, world, design, weights_per_mm3=weights, steps=STEPS["coarse"], go_on=go_on
             )
+            if self._options.robust:
+                design = self._hardened(refinement, world, control, design, "coarse", go_on)
         finally:
-            _close(worlds)
+            world.newton.close()
         return Field(
             stage="coarse",
             outline_mm=_smooth_loop(outline_of(self._film(flat, triangles, design.q))),
             flat_mm=flat,
             triangles=triangles,
             u=design.p,
-            vertices_mm=design.nominal.vertices_mm,
+            vertices_mm=design.shape.vertices_mm,
             forms=forms,
             weight_per_mm3=refinement.weight_per_mm3,
+            hold=refinement.anchor.hold,
         )
 
     def middle(self, coarse: Field, weight_per_mm3: float = FIELD_WEIGHTS_PER_MM3[0]) -> Field:
@@ -145,24 +154,29 @@ class Stages:
         flat, triangles = self._mesh(coarse.outline_mm, self._options.middle_triangles)
         carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
         start_mm, u = carried[:, :3], np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
-        forms = _carried_forms(coarse, flat, triangles)
+        forms, hold = _carried_anchor(coarse, flat, triangles)
         control = self._control(triangles, len(flat))
-        worlds = self._worlds(flat, triangles, control, u)
-        refinement = self._refinement(worlds, control, forms, weight_per_mm3)
+        world = self._world(flat, triangles, control.q(u))
+        refinement = self._refinement(world, control, forms, hold, weight_per_mm3)
         go_on = self._search.watcher("middle", triangles)
         try:
-            design = descend(refinement, refinement.design(u, [start_mm]), steps=STEPS["middle"], go_on=go_on)
+            design = refinement.design(u, start_mm)
+            if self._options.robust:
+                design = self._hardened(refinement, world, control, design, "middle", go_on)
+            else:
+                design = descend(refinement, design, steps=STEPS["middle"], go_on=go_on)
         finally:
-            _close(worlds)
+            world.newton.close()
         return Field(
             stage="middle",
             outline_mm=coarse.outline_mm,
             flat_mm=flat,
             triangles=triangles,
             u=design.p,
-            vertices_mm=design.nominal.vertices_mm,
+            vertices_mm=design.shape.vertices_mm,
             forms=forms,
             weight_per_mm3=weight_per_mm3,
+            hold=refinement.anchor.hold,
         )
 
     def weights_after(self, field: Field) -> list[float]:
@@ -211,7 +225,10 @@ class Stages:
         )
         go_on = self._search.watcher("passes", triangles)
         with self._opened(field, start) as (refinement, world, control, design):
-            design = descend(refinement, design, steps=STEPS["passes"], go_on=go_on)
+            if self._options.robust:
+                design = self._hardened(refinement, world, control, design, "passes", go_on)
+            else:
+                design = descend(refinement, design, steps=STEPS["passes"], go_on=go_on)
             design, landed = ramped(refinement, world, design)
             return self._with_speeds(start, control, design), landed
 
@@ -226,10 +243,13 @@ class Stages:
         )
         go_on = self._search.watcher("finish", triangles)
         with self._opened(field, start) as (refinement, world, control, design):
-            weights = (refinement.weight_per_mm3,)
-            design = descend_in_basin(
-                refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
-            )
+            if self._options.robust:
+                design = self._hardened(refinement, world, control, design, "finish", go_on)
+            else:
+                weights = (refinement.weight_per_mm3,)
+                design = descend_in_basin(
+                    refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
+                )
             return self._with_speeds(start, control, design)
 
     def _with_speeds(self, start: DesignedPasses, control: PassControl, design: Design) -> DesignedPasses:
@@ -240,7 +260,7 @@ class Stages:
                 with_contraction(passes, own, self._calibration)
                 for passes, own in zip(start.layers, np.split(control.contraction(design.p), counts), strict=True)
             ),
-            vertices_mm=design.nominal.vertices_mm,
+            vertices_mm=design.shape.vertices_mm,
         )
 
     @contextmanager
@@ -264,14 +284,14 @@ class Stages:
             damping=PASS_DAMPING,
         )
         p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in start.layers]))
-        worlds = self._worlds(start.flat_mm, start.triangles, control, p)
-        forms = _carried_forms(field, start.flat_mm, start.triangles)
+        world = self._world(start.flat_mm, start.triangles, control.q(p))
+        forms, hold = _carried_anchor(field, start.flat_mm, start.triangles)
         share = 1.0 if self._options.robust else PASS_WEIGHT_SHARE
-        refinement = self._refinement(worlds, control, forms, share * field.weight_per_mm3)
+        refinement = self._refinement(world, control, forms, hold, share * field.weight_per_mm3)
         try:
-            yield refinement, worlds[0], control, refinement.design(p, [start.vertices_mm])
+            yield refinement, world, control, refinement.design(p, start.vertices_mm)
         finally:
-            _close(worlds)
+            world.newton.close()
 
     def ideal_film(self, field: Field) -> Film:
         """Return the film that would have learned a smooth field exactly, without passes."""
@@ -295,31 +315,47 @@ class Stages:
             damping=FIELD_DAMPING,
         )
 
-    def _worlds(self, flat_mm: np.ndarray, triangles: np.ndarray, control: Control, p: np.ndarray) -> list[World]:
-        """Return the nominal film, and for a robust design others for noise to distort."""
-        film, mismatch = self._film(flat_mm, triangles, control.q(p)), Mismatch(self._target, triangles)
-        return [World(film, mismatch, self._options.heated) for _ in range(1 + 2 * MODES * self._options.robust)]
+    def _world(self, flat_mm: np.ndarray, triangles: np.ndarray, q: np.ndarray) -> World:
+        return World(self._film(flat_mm, triangles, q), Mismatch(self._target, triangles), self._options.heated)
 
     def _refinement(
-        self, worlds: list[World], control: Control, forms: np.ndarray, weight_per_mm3: float
+        self, world: World, control: Control, forms: np.ndarray, hold: np.ndarray, weight_per_mm3: float
     ) -> Refinement:
-        film, options = worlds[0].newton.shell.film, self._options
-        return Refinement(
-            worlds,
-            control,
-            Anchor(forms, film.area_mm2, self._thickness, self._activation),
-            weight_per_mm3=weight_per_mm3,
-            noise=NoiseModes(film, options.noise, seed=options.seed) if options.robust else None,
+        area = world.newton.shell.film.area_mm2
+        anchor = Anchor(forms, area, self._thickness, self._activation, hold=hold)
+        return Refinement(world, control, anchor, weight_per_mm3=weight_per_mm3)
+
+    def _hardened(
+        self,
+        refinement: Refinement,
+        world: World,
+        control: Control,
+        design: Design,
+        stage: str,
+        go_on: Callable[[Design], bool],
+    ) -> Design:
+        """Harden a design; where no hardened one keeps its shape, plain steps."""
+        errors = ProcessErrors(world.newton.shell.film, self._options.noise, seed=self._options.seed)
+        hardening = Hardening(refinement, world, control, errors)
+        hardened = harden_in_basin(
+            refinement,
+            hardening,
+            world,
+            design,
+            rounds=ROUNDS[stage],
+            go_on=go_on,
+            progress=lambda share: self._search.report(stage, share),
         )
+        if hardened is design:
+            return descend(refinement, design, steps=STEPS[stage], go_on=go_on)
+        return hardened
 
 
-def _carried_forms(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    return carry_forms(field.flat_mm[field.triangles].mean(axis=1), field.forms, flat_mm[triangles].mean(axis=1))
-
-
-def _close(worlds: list[World]) -> None:
-    for world in worlds:
-        world.newton.close()
+def _carried_anchor(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a field's forms, [m, 6], and hold, [m], on another mesh of its film."""
+    own = np.column_stack((field.forms, field.hold))
+    carried = carry_forms(field.flat_mm[field.triangles].mean(axis=1), own, flat_mm[triangles].mean(axis=1))
+    return carried[:, :6], carried[:, 6]
 
 
 def _smooth_loop(loop_mm: np.ndarray) -> np.ndarray:

@@ -1,15 +1,17 @@
-"""One film of a design: what noise makes of its alignment, its equilibrium, and how that answers to the design."""
+"""One film of a design: its equilibrium, and how that answers to the design."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from twin.film import Film, film_from_alignment
-from twin.inverse.distortion import Distortion
+from twin.inverse.forms import edge_forms, frames, pull_back
+from twin.inverse.layer_response import LayerResponse
 from twin.inverse.mismatch import Measured, Mismatch
 from twin.inverse.sensitivity import Sensitivity
 from twin.predict import PredictOptions, heat_film, open_newton, ramp_end, top_face
 from twin.shell import Shell
+from twin.shell.topology import stencils
 
 TOLERANCE = 1e-7
 """Relative residual of a design's equilibria: far below what moves a score, cheap by Newton's last step."""
@@ -29,38 +31,43 @@ class Shape:
 class World:
     """A film on its mesh under its loads, taught one design after the other."""
 
-    def __init__(
-        self, film: Film, mismatch: Mismatch, heated: PredictOptions, distortion: Distortion | None = None
-    ) -> None:
+    def __init__(self, film: Film, mismatch: Mismatch, heated: PredictOptions) -> None:
         """Prepare.
 
         Args:
             film: a film on the mesh; its alignment is replaced.
             mismatch: measures the shapes.
             heated: loads and temperature at which the film should have its shape.
-            distortion: what the process makes of the intended alignment; None: exactly that.
         """
         self.newton = open_newton(film, heated)
         self._mismatch, self._heated = mismatch, heated
-        self.distortion = distortion
-        """What the process makes of the intended alignment; may be replaced, as long as `linearise` is called anew."""
         self._activation = ramp_end(heated)
         self._sensitivity = Sensitivity(self.newton)
         area = film.vertex_area_mm2
         self.vertex_share = (area / area.sum())[:, None]
         """Share of the film's area that belongs to each vertex, shape [n, 1]."""
         self._flat = np.column_stack((film.flat_mm, np.zeros(len(film.flat_mm))))
+        self._around, self._frame = stencils(film.triangles), frames(film.flat_mm, film.triangles)
 
     def film(self, q: np.ndarray) -> Film:
-        """Return the film whose triangles were meant to have the alignment q, shape [layers, m, 2]."""
+        """Return the film whose triangles have the alignment q, shape [layers, m, 2]."""
         film = self.newton.shell.film
         return film_from_alignment(
             film.flat_mm,
             film.triangles,
-            q if self.distortion is None else self.distortion.push(q),
+            q,
             layer_thickness_mm=film.layer_thickness_mm,
             modulus_ratio=film.modulus_ratio,
         )
+
+    def balance(self, q: np.ndarray, start_mm: np.ndarray) -> np.ndarray:
+        """Return the equilibrium near a start [mm], shape [n, 3].
+
+        Raises:
+            SolverError: if there is none.
+        """
+        scale = self._teach(q).driving_force(self._flat)
+        return self.newton.solve(start_mm, force_scale=scale, tolerance=TOLERANCE).vertices_mm
 
     def settle(self, q: np.ndarray, start_mm: np.ndarray, near: Shape | None = None) -> Shape:
         """Find the equilibrium near a start [mm], shape [n, 3], and measure it.
@@ -68,12 +75,11 @@ class World:
         Raises:
             SolverError: if there is none.
         """
-        shell = self._teach(q)
-        scale = shell.driving_force(self._flat)
-        found = self.newton.solve(start_mm, force_scale=scale, tolerance=TOLERANCE)
-        top = top_face(shell.film, found.vertices_mm, shell.top_mm)
+        vertices = self.balance(q, start_mm)
+        shell = self.newton.shell
+        top = top_face(shell.film, vertices, shell.top_mm)
         measured = self._mismatch.measure(top, None if near is None else near.measured.transform)
-        return Shape(vertices_mm=found.vertices_mm, top_mm=top, measured=measured)
+        return Shape(vertices_mm=vertices, top_mm=top, measured=measured)
 
     def ramp(self, q: np.ndarray) -> np.ndarray:
         """Heat the film of q from flat as a prediction does; returns where it ends [mm], shape [n, 3].
@@ -83,20 +89,36 @@ class World:
         """
         return heat_film(self.film(q), self._heated).hot_mm
 
-    def linearise(self, q: np.ndarray, shape: Shape) -> bool:
-        """Prepare `push` and `pull` at the equilibrium of q; False if it is not stable."""
+    def linearise(self, q: np.ndarray, vertices_mm: np.ndarray) -> bool:
+        """Prepare `push`, `pull` and `adjoint` at the equilibrium of q; False if it is not stable."""
         self._teach(q)
-        distorted = q if self.distortion is None else self.distortion.push(q)
-        return self._sensitivity.at(shape.vertices_mm, distorted, self._activation)
+        return self._sensitivity.at(vertices_mm, q, self._activation)
 
     def push(self, dq: np.ndarray) -> np.ndarray:
-        """Return how the vertices move [mm], shape [n, 3], for a change of the intended alignment."""
-        return self._sensitivity.push(dq if self.distortion is None else self.distortion.push(dq))
+        """Return how the vertices move [mm], shape [n, 3], for a change of the alignment."""
+        return self._sensitivity.push(dq)
 
     def pull(self, by_vertices: np.ndarray) -> np.ndarray:
-        """Return the gradient by the intended alignment of a function with this gradient by the vertices [n, 3]."""
-        by_q = self._sensitivity.pull(by_vertices)
-        return by_q if self.distortion is None else self.distortion.pull(by_q)
+        """Return the gradient by the alignment of a function with this gradient by the vertices [n, 3]."""
+        return self._sensitivity.pull(by_vertices)
+
+    def adjoint(self, by_vertices: np.ndarray) -> np.ndarray:
+        """Return the adjoint of a function with this gradient by the vertices, shape [n, 3]."""
+        return self._sensitivity.adjoint(by_vertices)
+
+    def forces(self, q: np.ndarray, vertices_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of the energy by the vertices, [n, 3], and by the alignment, [layers, m, 2].
+
+        The state need not be in balance, and what was linearised stays.
+        """
+        shell = self._teach(q)
+        film = shell.film
+        first, second = edge_forms(vertices_mm, film.triangles, self._around)
+        layers = LayerResponse(
+            q, film.layer_thickness_mm, activation=self._activation, modulus_ratio=film.modulus_ratio
+        )
+        energy = layers.energy(pull_back(first, self._frame), pull_back(second, self._frame))
+        return shell.gradient(vertices_mm)[1], film.area_mm2[:, None] * energy.by_q
 
     def _teach(self, q: np.ndarray) -> Shell:
         shell = self.newton.shell

@@ -1,0 +1,119 @@
+"""The expected loss of a design to noise, and designs that lose less."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from planner.calibration import load_calibration
+from scenes.case import load_case
+from twin.batch import ProcessNoise
+from twin.film import FilmOptions
+from twin.inverse import basin
+from twin.inverse import world as world_module
+from twin.inverse.expected_loss import ExpectedLoss
+from twin.inverse.harden import NOISE_WEIGHT, Hardening
+from twin.inverse.noise import ProcessErrors
+from twin.inverse.options import InverseOptions
+from twin.inverse.search import Search
+from twin.inverse.stages import Stages
+from twin.predict import PredictOptions
+
+SMALL = InverseOptions(heated=PredictOptions(film=FilmOptions(mesh_mm=1.0)), coarse_triangles=300)
+
+
+@pytest.fixture(scope="module")
+def stages():
+    return Stages(load_case("sphere_cap").make_target(), load_calibration(), SMALL, Search(None, None, None))
+
+
+@pytest.fixture(scope="module")
+def field(stages):
+    return stages.coarse()
+
+
+@pytest.fixture(scope="module")
+def opened(stages, field):
+    """World, control, refinement, hardening and design of the coarse field, with the plate under it."""
+    control = stages._control(field.triangles, len(field.flat_mm))
+    world = stages._world(field.flat_mm, field.triangles, control.q(field.u))
+    refinement = stages._refinement(world, control, field.forms, field.hold, field.weight_per_mm3)
+    errors = ProcessErrors(world.newton.shell.film, ProcessNoise(), seed=0)
+    hardening = Hardening(refinement, world, control, errors)
+    yield world, control, refinement, hardening, refinement.design(field.u, field.vertices_mm)
+    world.newton.close()
+
+
+def test_the_gradient_of_the_expected_loss_is_that_of_differences(opened, monkeypatch):
+    """Through the equilibrium, in the soft ways of one design."""
+    world, control, _, _, design = opened
+    assert (design.shape.vertices_mm[:, 2] < 0.01).any()
+    assert world.linearise(design.q, design.shape.vertices_mm)
+    errors = ProcessErrors(world.newton.shell.film, ProcessNoise(), seed=0)
+    loss = ExpectedLoss(world, errors, design.shape.measured.model, design.q)
+    loss.at(design.q, design.shape.vertices_mm)
+    by_q, by_vertices = loss.gradient()
+    gradient = by_q + world.pull(by_vertices)
+    du = control.precondition(np.random.default_rng(0).normal(size=design.p.shape))
+    dq = control.push(design.p, du / np.abs(du).max())
+
+    def value(step):
+        q = design.q + step * dq
+        vertices = world.balance(q, design.shape.vertices_mm)
+        assert world.linearise(q, vertices)
+        loss.at(q, vertices)
+        return loss.value
+
+    def difference(step):
+        return (value(step) - value(-step)) / (2.0 * step)
+
+    monkeypatch.setattr(world_module, "TOLERANCE", 1e-11)
+    assert float((gradient * dq).sum()) == pytest.approx(difference(1e-5), rel=1e-3)
+
+
+def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
+    _, _, _, hardening, design = opened
+
+    told = []
+
+    def loss_of(one):
+        loss = hardening._loss(one)
+        loss.at(one.q, one.shape.vertices_mm)
+        return loss.value
+
+    hardened = hardening.harden(design, 12, told.append)
+    assert told[-1] == 1.0
+    before, after = loss_of(design), loss_of(hardened)
+    assert after < 0.8 * before
+    assert hardened.shape.measured.ssim > 0.95
+    assert design.shape.measured.ssim - hardened.shape.measured.ssim < NOISE_WEIGHT * (before - after)
+
+
+def test_films_that_leave_are_held_there_and_the_design_goes_back_if_its_own_does(opened, monkeypatch):
+    world, _, refinement, _, design = opened
+    film = world.newton.shell.film
+    nowhere = np.zeros(len(film.flat_mm))
+    corner = 2.0 * (np.linalg.norm(film.flat_mm - film.flat_mm[0], axis=1) < 2.0)
+    started, before = [], refinement.anchor.hold
+
+    class Hardens:
+        def harden(self, one, evaluations, progress):
+            started.append(one)
+            return SimpleNamespace(**{**vars(one), "p": one.p + len(started)})
+
+        def worst(self, one, mixes, deviations):
+            return [one.q]
+
+    # a noisy film leaves, then the design's own, then none
+    ends = iter([nowhere, corner, corner, nowhere, nowhere, nowhere])
+    monkeypatch.setattr(basin, "_left_mm", lambda *_: next(ends))
+    found = basin.harden_in_basin(
+        refinement, cast(Any, Hardens()), world, design, rounds=3, go_on=lambda _: True, progress=lambda _: None
+    )
+    raised, refinement.anchor.hold = refinement.anchor.hold / before, before
+    far = np.linalg.norm(film.flat_mm[film.triangles].mean(axis=1) - film.flat_mm[0], axis=1) > 12.0
+    assert raised.max() == pytest.approx(basin.HELD**2, rel=0.1)
+    assert raised[far].max() < 1.01
+    np.testing.assert_array_equal([one.p[0, 0, 0] - design.p[0, 0, 0] for one in started], [0.0, 1.0, 1.0])
+    assert found.p[0, 0, 0] - design.p[0, 0, 0] == pytest.approx(4.0)

@@ -1,0 +1,87 @@
+"""What noise of the process is expected to cost a design, with its exact gradient.
+
+A film answers nearly every error in the same few soft ways. With these displacements v_k, orthonormal in the quadratic
+form C of what displacements cost, and errors of covariance Cov(q) in the alignment, noise costs on average
+
+    L = sum_k s_k^t Cov(q) s_k / 2,     s_k = B^t a_k,     a_k = -H^-1 C v_k,
+
+one solve for each way, however many errors there are. The gradient needs no derivative of H and B but along two
+directions: with the change n_k = Cov(q) s_k and its move J_k = -H^-1 B n_k,
+
+    dL = sum_k ( d[ a_k^t (H J_k + B n_k) ] with a_k, J_k and n_k held, + s_k^t dCov(q) s_k / 2 ),
+
+and a^t (H J + B n) is the mixed second derivative of the energy along (a, 0) and (J, n), so that its own derivatives
+are central differences of dE/dx and dE/dq: four evaluations of forces for each way.
+"""
+
+import logging
+
+import numpy as np
+
+from twin.inverse.mismatch import QuadraticModel
+from twin.inverse.noise import ProcessErrors
+from twin.inverse.world import World
+
+logger = logging.getLogger(__name__)
+
+WAYS = 12
+"""Displacements that are followed: on faces these have 95 % of what noise costs."""
+STEP_MM, STEP_Q = 1e-4, 1e-5
+"""Largest change of a vertex and of an alignment vector in the differences: small beside the layer above the plate in
+which contact sets in, so that contact does not change on the way."""
+
+
+class ExpectedLoss:
+    """L at one design after the other, in the soft ways of the first."""
+
+    def __init__(self, world: World, errors: ProcessErrors, cost: QuadraticModel, q: np.ndarray) -> None:
+        """Find the soft ways of a film.
+
+        Args:
+            world: the film, linearised at a design; so it must be at each one before `at`, and still in `gradient`.
+            errors: of the process, on its mesh.
+            cost: C, what a displacement of the vertices costs.
+            q: the alignment of that design, shape [layers, m, 2].
+        """
+        self._world, self._errors = world, errors
+        changes = errors.examples(q)
+        moves = [world.push(change) for change in changes]
+        costs = [cost.curve(move) for move in moves]
+        gram = np.array([[float((move * c).sum()) for c in costs] for move in moves])
+        values, mixes = np.linalg.eigh(gram)
+        kept = np.flatnonzero(values > 1e-9 * values[-1])[::-1][:WAYS]
+        self.worst = [sum(part * change for part, change in zip(mixes[:, k], changes, strict=True)) for k in kept]
+        """Mixes of errors that cost most: their changes of the alignment for one standard deviation, worst first."""
+        self._costs = [
+            sum(part * c for part, c in zip(mixes[:, k], costs, strict=True)) / np.sqrt(values[k]) for k in kept
+        ]
+        logger.info("soft ways: %.3f of the expected loss %.4f", values[kept].sum() / values.sum(), values.sum() / 2.0)
+        self.value = 0.0
+
+    def at(self, q: np.ndarray, vertices_mm: np.ndarray) -> None:
+        """Work out the loss of a design: alignment [layers, m, 2] and equilibrium [mm], shape [n, 3]."""
+        self._q, self._vertices = q, vertices_mm
+        found = [self._errors.variance(q, self._world.pull(cost)) for cost in self._costs]
+        self.value = 0.5 * sum(value for value, _, _ in found)
+        self._spread = [spread for _, spread, _ in found]
+        self._by_q = np.sum([by_q for _, _, by_q in found], axis=0)
+
+    def gradient(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the gradient by q with the vertices held, [layers, m, 2], and that by the vertices, [n, 3].
+
+        The whole gradient by q is the first plus what `World.pull` makes of the second.
+        """
+        by_q, by_vertices = self._by_q.copy(), np.zeros_like(self._vertices)
+        for spread, cost in zip(self._spread, self._costs, strict=True):
+            adjoint, move = self._world.adjoint(cost), self._world.push(spread)
+            k = 1.0 / max(np.abs(move).max() / STEP_MM, np.abs(spread).max() / STEP_Q, 1e-300)
+            h = STEP_MM / max(np.abs(adjoint).max(), 1e-300)
+            for one in (1.0, -1.0):
+                for other in (1.0, -1.0):
+                    forces = self._world.forces(
+                        self._q + one * k * spread, self._vertices + one * k * move + other * h * adjoint
+                    )
+                    weight = one * other / (4.0 * h * k)
+                    by_vertices += weight * forces[0]
+                    by_q += weight * forces[1]
+        return by_q, by_vertices

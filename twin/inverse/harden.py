@@ -1,0 +1,164 @@
+"""Make a design less sensitive to the noise of the process, keeping its shape: L-BFGS on a smooth model.
+
+Minimised is, over the design variables p,
+
+    mismatch(x) + NOISE_WEIGHT L(q) + weight T(q) + penalty(p),
+
+with the expected loss L of `twin.inverse.expected_loss` and the anchor's T. The mismatch is its quadratic model at the
+design that one starts from: counting pixels and windows anew at each step would make it too rough for differences of
+gradients, which is what L-BFGS lives on. Gauss-Newton steps do not help here: how much noise moves a film is decided by
+how stiff it is, and that is just what they leave out of the curvature.
+
+Nocedal and Wright, Numerical Optimization (2006), algorithm 7.4 and 3.1.
+"""
+
+import logging
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from planner.errors import SolverError
+from twin.inverse.expected_loss import ExpectedLoss
+from twin.inverse.noise import ProcessErrors
+from twin.inverse.refine import Control, Design, Refinement
+from twin.inverse.world import World
+
+logger = logging.getLogger(__name__)
+
+HEIGHTS, OUTLINE = 0.3, 2.0
+"""Factors on the mismatch's rms^2 and outline^2/2 for the film as intended: windows see its rim before its heights."""
+NOISE_HEIGHTS, NOISE_OUTLINE = 0.15, 0.5
+"""The same for what noise moves: so weighed, the loss is nearest to what noisy films really lose in similarity."""
+NOISE_WEIGHT = 2.0
+"""Weight of the expected loss: of films at the 10th percentile rather than of the mean."""
+PAIRS = 20
+"""Steps whose change of the gradient is remembered."""
+FIRST_MOVE_MM, LONGEST_MOVE_MM = 0.1, 1.0
+TRIALS = 6
+SHORTER = 0.35
+ENOUGH = 1e-4
+"""Share of the slope that a step must gain."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Point:
+    p: np.ndarray
+    q: np.ndarray
+    vertices_mm: np.ndarray
+    value: float
+    loss: float
+
+
+class Hardening:
+    """Descends from one design after the other."""
+
+    def __init__(self, refinement: Refinement, world: World, control: Control, errors: ProcessErrors) -> None:
+        """Prepare.
+
+        Args:
+            refinement: of the same film and variables, with the anchor and its weight.
+            world: the film.
+            control: the design variables.
+            errors: of the process.
+        """
+        self._refinement, self._world, self._control, self._errors = refinement, world, control, errors
+
+    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> Design:
+        """Return a design of less expected loss, after about so many evaluations.
+
+        Args:
+            design: where to start.
+            evaluations: equilibria to find at most.
+            progress: called with the share of them that were found.
+
+        Raises:
+            SolverError: if the design's own equilibrium is not stable.
+        """
+        model, start = design.shape.measured.model, design.shape.vertices_mm
+        intended = model.weighed(heights=HEIGHTS, outline=OUTLINE)
+        loss = self._loss(design)
+        anchor, weight = self._refinement.anchor, self._refinement.weight_per_mm3
+        slope_there = intended.gradient()
+
+        def point(p: np.ndarray, near_mm: np.ndarray) -> _Point:
+            q = self._control.q(p)
+            vertices = self._world.balance(q, near_mm)
+            self._linearise(q, vertices)
+            loss.at(q, vertices)
+            moved = vertices - start
+            mismatch = float((moved * (slope_there + 0.5 * intended.curve(moved))).sum())
+            held = weight * anchor.value(q)[0] + self._control.penalty(p)[0]
+            return _Point(
+                p=p, q=q, vertices_mm=vertices, value=mismatch + NOISE_WEIGHT * loss.value + held, loss=loss.value
+            )
+
+        def gradient(here: _Point) -> np.ndarray:
+            """Of the point that was evaluated last."""
+            by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
+            by_vertices += slope_there + intended.curve(here.vertices_mm - start)
+            by_q += self._world.pull(by_vertices) + weight * anchor.value(here.q)[1]
+            return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
+
+        here = point(design.p, start)
+        first, slope = here, gradient(here)
+        pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
+        left = evaluations
+        while left > 0:
+            direction = -self._inverse_curvature(slope, pairs)
+            self._linearise(here.q, here.vertices_mm)
+            move = self._world.push(self._control.push(here.p, direction))
+            longest = float(np.linalg.norm(move, axis=1).max())
+            length = min(1.0, (LONGEST_MOVE_MM if pairs else FIRST_MOVE_MM) / max(longest, 1e-300))
+            for _ in range(TRIALS):
+                left -= 1
+                progress(1.0 - max(left, 0) / evaluations)
+                try:
+                    trial = point(here.p + length * direction, here.vertices_mm + length * move)
+                    if trial.value < here.value + ENOUGH * length * float((slope * direction).sum()):
+                        break
+                except SolverError as error:
+                    logger.info("trial: %s", error)
+                length *= SHORTER
+            else:
+                break
+            there = gradient(trial)
+            pair = trial.p - here.p, there - slope
+            if float((pair[0] * pair[1]).sum()) > 0.0:
+                pairs.append(pair)
+            here, slope = trial, there
+        logger.info(
+            "hardened: %.4f to %.4f, expected loss %.4f to %.4f", first.value, here.value, first.loss, here.loss
+        )
+        return self._refinement.design(here.p, here.vertices_mm, design.shape)
+
+    def worst(self, design: Design, mixes: int, deviations: float) -> list[np.ndarray]:
+        """Return the alignment of films under the mixes of errors that cost most, to both sides of the design."""
+        changes = self._loss(design).worst[:mixes]
+        return [design.q + sign * deviations * change for change in changes for sign in (1.0, -1.0)]
+
+    def _loss(self, design: Design) -> ExpectedLoss:
+        self._linearise(design.q, design.shape.vertices_mm)
+        cost = design.shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
+        return ExpectedLoss(self._world, self._errors, cost, design.q)
+
+    def _inverse_curvature(self, gradient: np.ndarray, pairs: deque[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+        """Return the approximate inverse of the curvature times a gradient: the two loops of L-BFGS."""
+        rest, shares = gradient.copy(), []
+        for step, change in reversed(pairs):
+            share = float((step * rest).sum() / (step * change).sum())
+            rest = rest - share * change
+            shares.append(share)
+        scale = 1.0
+        if pairs:
+            step, change = pairs[-1]
+            scale = float((step * change).sum() / (change * self._control.precondition(change)).sum())
+        found = scale * self._control.precondition(rest)
+        for (step, change), share in zip(pairs, reversed(shares), strict=True):
+            found = found + step * (share - float((change * found).sum() / (step * change).sum()))
+        return found
+
+    def _linearise(self, q: np.ndarray, vertices_mm: np.ndarray) -> None:
+        if not self._world.linearise(q, vertices_mm):
+            raise SolverError("hardening: the equilibrium is not stable.")
