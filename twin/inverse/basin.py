@@ -85,7 +85,7 @@ def descend_in_basin(
 
     Args:
         refinement: what is minimised.
-        world: the nominal film.
+        world: the film.
         design: where to start.
         weights_per_mm3: weights of the anchor, descending.
         steps: at most so many for each weight.

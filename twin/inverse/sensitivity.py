@@ -41,15 +41,24 @@ class Sensitivity:
         """
         shell = self._newton.shell
         film = shell.film
-        first, second = edge_forms(vertices_mm, film.triangles, self._around)
-        a, b = pull_back(first, self._frame), pull_back(second, self._frame)
-        layers = LayerResponse(q, film.layer_thickness_mm, activation=activation, modulus_ratio=film.modulus_ratio)
+        layers, a, b = self._layers_at(vertices_mm, q, activation)
         by_q = film.area_mm2[:, None, None] * layers.stress_by_q(a, b).reshape(len(a), 6, -1)
         _, _, values = shell.hessian(vertices_mm)
         # [m, slots and axes, layers and components]
         strain = shell.strain()
         self._mixed = np.einsum("tkfc,tfp->tkcp", strain, by_q, optimize=True).reshape(len(a), -1, by_q.shape[2])
         return self._newton.system.factorize(values)
+
+    def forces(
+        self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return dE/dx, [n, 3], and dE/dq, [layers, m, 2], of the film that the solver's shell has been taught.
+
+        The arguments are those of `at`, but the vertices need not be in balance; what `at` prepared stays.
+        """
+        layers, a, b = self._layers_at(vertices_mm, q, activation)
+        shell = self._newton.shell
+        return shell.gradient(vertices_mm)[1], shell.film.area_mm2[:, None] * layers.energy(a, b).by_q
 
     def push(self, dq: np.ndarray) -> np.ndarray:
         """Return how the vertices move [mm] for a change of q, shape [layers, m, 2] -> [n, 3]."""
@@ -68,6 +77,15 @@ class Sensitivity:
     def adjoint(self, by_vertices: np.ndarray) -> np.ndarray:
         """Return -H^-1 dJ/dx, shape [n, 3]."""
         return -self._solve(by_vertices)
+
+    def _layers_at(
+        self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray
+    ) -> tuple[LayerResponse, np.ndarray, np.ndarray]:
+        """Return the layers' response and the triangles' forms a and b, each [m, 3]."""
+        film = self._newton.shell.film
+        first, second = edge_forms(vertices_mm, film.triangles, self._around)
+        layers = LayerResponse(q, film.layer_thickness_mm, activation=activation, modulus_ratio=film.modulus_ratio)
+        return layers, pull_back(first, self._frame), pull_back(second, self._frame)
 
     def _solve(self, force: np.ndarray) -> np.ndarray:
         system = self._newton.system

@@ -134,7 +134,7 @@ class Stages:
                 refinement, world, design, weights_per_mm3=weights, steps=STEPS["coarse"], go_on=go_on
             )
             if self._options.robust:
-                design = self._hardened(refinement, world, control, design, "coarse", go_on)
+                design = self._descended(refinement, world, control, design, "coarse", go_on)
         finally:
             world.newton.close()
         return Field(
@@ -160,11 +160,7 @@ class Stages:
         refinement = self._refinement(world, control, forms, hold, weight_per_mm3)
         go_on = self._search.watcher("middle", triangles)
         try:
-            design = refinement.design(u, start_mm)
-            if self._options.robust:
-                design = self._hardened(refinement, world, control, design, "middle", go_on)
-            else:
-                design = descend(refinement, design, steps=STEPS["middle"], go_on=go_on)
+            design = self._descended(refinement, world, control, refinement.design(u, start_mm), "middle", go_on)
         finally:
             world.newton.close()
         return Field(
@@ -225,10 +221,7 @@ class Stages:
         )
         go_on = self._search.watcher("passes", triangles)
         with self._opened(field, start) as (refinement, world, control, design):
-            if self._options.robust:
-                design = self._hardened(refinement, world, control, design, "passes", go_on)
-            else:
-                design = descend(refinement, design, steps=STEPS["passes"], go_on=go_on)
+            design = self._descended(refinement, world, control, design, "passes", go_on)
             design, landed = ramped(refinement, world, design)
             return self._with_speeds(start, control, design), landed
 
@@ -244,7 +237,7 @@ class Stages:
         go_on = self._search.watcher("finish", triangles)
         with self._opened(field, start) as (refinement, world, control, design):
             if self._options.robust:
-                design = self._hardened(refinement, world, control, design, "finish", go_on)
+                design = self._descended(refinement, world, control, design, "finish", go_on)
             else:
                 weights = (refinement.weight_per_mm3,)
                 design = descend_in_basin(
@@ -325,7 +318,7 @@ class Stages:
         anchor = Anchor(forms, area, self._thickness, self._activation, hold=hold)
         return Refinement(world, control, anchor, weight_per_mm3=weight_per_mm3)
 
-    def _hardened(
+    def _descended(
         self,
         refinement: Refinement,
         world: World,
@@ -334,21 +327,21 @@ class Stages:
         stage: str,
         go_on: Callable[[Design], bool],
     ) -> Design:
-        """Harden a design; where no hardened one keeps its shape, plain steps."""
-        errors = ProcessErrors(world.newton.shell.film, self._options.noise, seed=self._options.seed)
-        hardening = Hardening(refinement, world, control, errors)
-        hardened = harden_in_basin(
-            refinement,
-            hardening,
-            world,
-            design,
-            rounds=ROUNDS[stage],
-            go_on=go_on,
-            progress=lambda share: self._search.report(stage, share),
-        )
-        if hardened is design:
-            return descend(refinement, design, steps=STEPS[stage], go_on=go_on)
-        return hardened
+        """Take a stage's plain steps; harden a robust design, which takes them where no hardened one lands."""
+        if self._options.robust:
+            errors = ProcessErrors(world.newton.shell.film, self._options.noise, seed=self._options.seed)
+            hardened = harden_in_basin(
+                refinement,
+                Hardening(refinement, world, control, errors),
+                world,
+                design,
+                rounds=ROUNDS[stage],
+                go_on=go_on,
+                progress=lambda share: self._search.report(stage, share),
+            )
+            if hardened is not design:
+                return hardened
+        return descend(refinement, design, steps=STEPS[stage], go_on=go_on)
 
 
 def _carried_anchor(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

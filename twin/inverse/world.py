@@ -5,13 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from twin.film import Film, film_from_alignment
-from twin.inverse.forms import edge_forms, frames, pull_back
-from twin.inverse.layer_response import LayerResponse
 from twin.inverse.mismatch import Measured, Mismatch
 from twin.inverse.sensitivity import Sensitivity
 from twin.predict import PredictOptions, heat_film, open_newton, ramp_end, top_face
 from twin.shell import Shell
-from twin.shell.topology import stencils
 
 TOLERANCE = 1e-7
 """Relative residual of a design's equilibria: far below what moves a score, cheap by Newton's last step."""
@@ -47,7 +44,6 @@ class World:
         self.vertex_share = (area / area.sum())[:, None]
         """Share of the film's area that belongs to each vertex, shape [n, 1]."""
         self._flat = np.column_stack((film.flat_mm, np.zeros(len(film.flat_mm))))
-        self._around, self._frame = stencils(film.triangles), frames(film.flat_mm, film.triangles)
 
     def film(self, q: np.ndarray) -> Film:
         """Return the film whose triangles have the alignment q, shape [layers, m, 2]."""
@@ -111,14 +107,8 @@ class World:
 
         The state need not be in balance, and what was linearised stays.
         """
-        shell = self._teach(q)
-        film = shell.film
-        first, second = edge_forms(vertices_mm, film.triangles, self._around)
-        layers = LayerResponse(
-            q, film.layer_thickness_mm, activation=self._activation, modulus_ratio=film.modulus_ratio
-        )
-        energy = layers.energy(pull_back(first, self._frame), pull_back(second, self._frame))
-        return shell.gradient(vertices_mm)[1], film.area_mm2[:, None] * energy.by_q
+        self._teach(q)
+        return self._sensitivity.forces(vertices_mm, q, self._activation)
 
     def _teach(self, q: np.ndarray) -> Shell:
         shell = self.newton.shell
