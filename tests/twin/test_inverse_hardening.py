@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from planner.calibration import load_calibration
+from planner.errors import SolverError
 from scenes.case import load_case
 from twin.batch import ProcessNoise
 from twin.film import FilmOptions
@@ -117,3 +118,26 @@ def test_films_that_leave_are_held_there_and_the_design_goes_back_if_its_own_doe
     assert raised[far].max() < 1.01
     np.testing.assert_array_equal([one.p[0, 0, 0] - design.p[0, 0, 0] for one in started], [0.0, 1.0, 1.0])
     assert found.p[0, 0, 0] - design.p[0, 0, 0] == pytest.approx(4.0)
+
+
+def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
+    world, _, refinement, _, design = opened
+    before = refinement.anchor.hold
+
+    def fails(q):
+        raise SolverError("no equilibrium on the way")
+
+    class Hardens:
+        def harden(self, one, evaluations, progress):
+            return SimpleNamespace(**vars(one))
+
+        def worst(self, one, mixes, deviations):
+            return []
+
+    monkeypatch.setattr(world, "ramp", fails)
+    found = basin.harden_in_basin(
+        refinement, cast(Any, Hardens()), world, design, rounds=1, go_on=lambda _: True, progress=lambda _: None
+    )
+    raised, refinement.anchor.hold = refinement.anchor.hold / before, before
+    assert found is design
+    np.testing.assert_allclose(raised, basin.HELD)

@@ -166,7 +166,7 @@ def harden_in_basin(
             if best is None or len(leaving) <= best[0]:
                 best = len(leaving), design
         if leaving:
-            there = centre_mm[np.any([off_mm > 0.3 * off_mm.max() for off_mm in leaving], axis=0)]
+            there = centre_mm[np.any([off_mm >= 0.3 * off_mm.max() for off_mm in leaving], axis=0)]
             near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
             refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
         if not more:
@@ -175,10 +175,13 @@ def harden_in_basin(
 
 
 def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
-    """Return how far each vertex of a film ends from its shape next to the design's when it is heated, shape [n]."""
+    """Return how far each vertex of a film ends from its shape next to the design's when it is heated, shape [n].
+
+    Infinitely far where the film has no such shape, or cannot be heated.
+    """
     try:
         meant = world.balance(q, design.shape.vertices_mm)
         return np.linalg.norm(moved_onto(world.ramp(q), meant) - meant, axis=1)
     except SolverError as error:
-        logger.info("a film under the worst errors: %s", error)
-        return np.zeros(len(design.shape.vertices_mm))
+        logger.info("a film beside the design: %s", error)
+        return np.full(len(design.shape.vertices_mm), np.inf)
