@@ -55,6 +55,8 @@ class Gateway:
         self.app.add_routes(
             [
                 web.get("/", self._index),
+                # Browsers ask for it on every page that names no icon, as the one that lets them in.
+                web.get("/favicon.ico", self._icon),
                 web.get("/ws", self._socket),
                 # The page's client asks a launcher for its session before it opens the WebSocket.
                 web.post("/paraview/", self._launch),
@@ -103,6 +105,9 @@ class Gateway:
         answer.set_cookie(self._access.cookie_name, self._access.token, **kept)
         answer.set_cookie(BROWSER_COOKIE, browser, max_age=YEAR_S, **kept)
         return answer
+
+    async def _icon(self, _: web.Request) -> web.StreamResponse:
+        return web.FileResponse(self._www / "logo.png")
 
     def _session(self, request: web.Request) -> BrowserSession:
         """Return the session of the browser that asks."""

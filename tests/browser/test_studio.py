@@ -113,7 +113,10 @@ def job_folder(studio: Studio, number: int) -> Path:
 def finished(studio, context, dome):
     """A page opened anew on a run that went on while no page was open; with what browsers complained of on the way."""
     complaints: list[str] = []
-    context.on("console", lambda message: complaints.append(message.text) if message.type == "error" else None)
+    context.on(
+        "console",
+        lambda message: complaints.append(f"{message.text} {message.location}") if message.type == "error" else None,
+    )
     context.on("weberror", lambda found: complaints.append(str(found.error)))
     context.on("requestfailed", lambda request: complaints.append(f"{request.url} failed"))
     page = open_page(context, studio)
@@ -322,7 +325,8 @@ def test_others_are_refused(studio, who):
         ("WS", "/ws"),
     ):
         assert apart(status_of(studio, method, path, wrong)) == 403, path
-    for path, status in (("/", 200), ("/index.html", 200)):
+    # Browsers ask for the icon by themselves, and complain in their console where there is none.
+    for path, status in (("/", 200), ("/index.html", 200), ("/favicon.ico", 200)):
         assert apart(status_of(studio, "GET", path, right)) == status
     assert apart(status_of(studio, "WS", "/ws", right)) == 101
 
