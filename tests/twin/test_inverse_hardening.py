@@ -83,7 +83,9 @@ def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
         loss.at(one.q, one.shape.vertices_mm)
         return loss.value
 
-    hardened = hardening.harden(design, 12, told.append)
+    way = hardening.harden(design, 12, told.append)
+    assert way[0] is design
+    hardened = way[-1]
     assert told[-1] == 1.0
     before, after = loss_of(design), loss_of(hardened)
     assert after < 0.8 * before
@@ -96,28 +98,52 @@ def test_films_that_leave_are_held_there_and_the_design_goes_back_if_its_own_doe
     film = world.newton.shell.film
     nowhere = np.zeros(len(film.flat_mm))
     corner = 2.0 * (np.linalg.norm(film.flat_mm - film.flat_mm[0], axis=1) < 2.0)
-    started, before = [], refinement.anchor.hold
+    started, weights, before, weight = [], [], refinement.anchor.hold, refinement.weight_per_mm3
 
     class Hardens:
         def harden(self, one, evaluations, progress):
             started.append(one)
-            return SimpleNamespace(**{**vars(one), "p": one.p + len(started)})
+            weights.append(refinement.weight_per_mm3)
+            return [one, SimpleNamespace(**{**vars(one), "p": one.p + len(started)})]
 
-        def worst(self, one, mixes, deviations):
+        def noisy(self, one, number):
             return [one.q]
 
-    # a noisy film leaves, then the design's own, then none
-    ends = iter([nowhere, corner, corner, nowhere, nowhere, nowhere])
+    # none leaves, then a noisy film, the design's own, none, a noisy one again
+    ends = iter([nowhere, nowhere, nowhere, corner, corner, nowhere, nowhere, nowhere, corner])
     monkeypatch.setattr(basin, "_left_mm", lambda *_: next(ends))
+    refinement.weight_per_mm3 = 9e-3
     found = basin.harden_in_basin(
-        refinement, cast(Any, Hardens()), world, design, rounds=3, go_on=lambda _: True, progress=lambda _: None
+        refinement, cast(Any, Hardens()), world, design, rounds=5, go_on=lambda _: True, progress=lambda _: None
     )
-    raised, refinement.anchor.hold = refinement.anchor.hold / before, before
+    raised, refinement.anchor.hold, refinement.weight_per_mm3 = refinement.anchor.hold / before, before, weight
     far = np.linalg.norm(film.flat_mm[film.triangles].mean(axis=1) - film.flat_mm[0], axis=1) > 12.0
-    assert raised.max() == pytest.approx(basin.HELD**2, rel=0.1)
+    assert raised.max() == pytest.approx(basin.HELD**3, rel=0.1)
     assert raised[far].max() < 1.01
-    np.testing.assert_array_equal([one.p[0, 0, 0] - design.p[0, 0, 0] for one in started], [0.0, 1.0, 1.0])
-    assert found.p[0, 0, 0] - design.p[0, 0, 0] == pytest.approx(4.0)
+    assert weights == pytest.approx([9e-3, 3e-3, 3e-3, 9e-3, 3e-3])
+    np.testing.assert_allclose([one.p[0, 0, 0] - design.p[0, 0, 0] for one in started], [0.0, 1.0, 3.0, 3.0, 7.0])
+    # the last one that no film left
+    assert found.p[0, 0, 0] - design.p[0, 0, 0] == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize(("leaves_from", "most"), [(9, 1), (6, 4), (1, 4)])
+def test_the_last_step_that_lands_is_found_by_halving(opened, monkeypatch, leaves_from, most):
+    world, _, _, _, _ = opened
+    way, asked = [SimpleNamespace(q=number) for number in range(9)], []
+
+    def left_mm(_, one, q):
+        asked.append(q)
+        return np.full(3, 2.0 * basin.LEFT_MM * q if q >= leaves_from else 0.0)
+
+    monkeypatch.setattr(basin, "_left_mm", left_mm)
+    landed, off_mm = basin._landed(world, cast(Any, way))
+    assert landed == leaves_from - 1
+    assert (
+        (off_mm is None)
+        if leaves_from == 9
+        else (off_mm is not None and off_mm.max() == 2.0 * basin.LEFT_MM * leaves_from)
+    )
+    assert len(asked) <= most
 
 
 def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
@@ -129,9 +155,9 @@ def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
 
     class Hardens:
         def harden(self, one, evaluations, progress):
-            return SimpleNamespace(**vars(one))
+            return [one, SimpleNamespace(**vars(one))]
 
-        def worst(self, one, mixes, deviations):
+        def noisy(self, one, number):
             return []
 
     monkeypatch.setattr(world, "ramp", fails)

@@ -20,14 +20,17 @@ WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 """Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
 FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
+LEAVING_COSTS = 0.1
+"""What a film that leaves loses in similarity, about: for the choice among a search's designs."""
 EVALUATIONS = 25
 """Equilibria in each round of hardening."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
-MIXES, DEVIATIONS = 2, 2.0
-"""Mixes of errors whose films must keep the design's shape when heated from flat, and how far they are off."""
-LEFT_MM = 0.3
-"""A noisy film has left the design's shape if its ramp ends farther from the shape next to the design's."""
+LEAVING_SHARE = 0.6
+"""A film that has left did so where it is off by more than this share of the most."""
+LEFT_MM = 1.0
+"""A film has left the design's shape if its ramp ends farther from where the answer to its errors, to first order,
+puts it: it has snapped, or is much softer than the expected loss knows."""
 HELD, HELD_LENGTH_MM = 4.0, 3.0
 """Factor on the anchor where a film has left, and how far around."""
 FAILURES = 4
@@ -130,11 +133,11 @@ def harden_in_basin(
     go_on: Callable[[Design], bool],
     progress: Callable[[float], None],
 ) -> Design:
-    """Harden a design in rounds, so that it and its worst noisy films keep its shape when heated from flat.
+    """Harden a design in rounds, so that it and noisy films keep its shape when heated from flat.
 
-    Where a film ends in another shape, the anchor gets more weight there; where the design's own film does, the round
-    is made again. Of the designs that keep their shape the last with the fewest films that leave it counts; without any
-    it is the first.
+    Where a film ends in another shape, the anchor gets more weight there; where the design's own film does, the next
+    round starts from the last step that still lands. After a round without, the whole anchor gets less. Of the designs
+    that keep their shape the most similar counts, films that leave it taken off; without any it is the first.
 
     Args:
         refinement: the design's, with the anchor that hardening uses as well.
@@ -147,40 +150,67 @@ def harden_in_basin(
     """
     film = world.newton.shell.film
     centre_mm = film.flat_mm[film.triangles].mean(axis=1)
-    best: tuple[int, Design] | None = None
+    best: tuple[float, Design] | None = None
     for number in range(rounds):
         try:
-            candidate = hardening.harden(
+            way = hardening.harden(
                 design, EVALUATIONS, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
             )
-            noisy = hardening.worst(candidate, MIXES, DEVIATIONS)
+            landed, own_mm = _landed(world, way)
+            design = way[landed]
+            left = [own_mm] if own_mm is not None else []
+            if not left:
+                left = [_left_mm(world, design, q) for q in hardening.noisy(design, number)]
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
-        more = go_on(candidate)
-        left = [_left_mm(world, candidate, q) for q in (candidate.q, *noisy)]
+        more = go_on(design)
         leaving = [off_mm[film.triangles].mean(axis=1) for off_mm in left if off_mm.max() > LEFT_MM]
-        logger.info("%d of %d films leave the design", len(leaving), len(left))
-        if left[0].max() <= LEFT_MM:
-            design = candidate
-            if best is None or len(leaving) <= best[0]:
-                best = len(leaving), design
+        logger.info("step %d of %d lands, %d of %d films leave it", landed, len(way) - 1, len(leaving), len(left))
+        if landed > 0:
+            cost = 1.0 - design.shape.measured.ssim + LEAVING_COSTS * len(leaving) / len(left)
+            if best is None or cost <= best[0]:
+                best = cost, design
         if leaving:
-            there = centre_mm[np.any([off_mm >= 0.3 * off_mm.max() for off_mm in leaving], axis=0)]
+            there = centre_mm[np.any([off_mm >= LEAVING_SHARE * off_mm.max() for off_mm in leaving], axis=0)]
             near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
             refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
+        else:
+            refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEIGHTS_PER_MM3[-1])
+        if landed == 0:
+            refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
         if not more:
             break
     return design if best is None else best[1]
 
 
-def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
-    """Return how far each vertex of a film ends from its shape next to the design's when it is heated, shape [n].
+def _landed(world: World, way: Sequence[Design]) -> tuple[int, np.ndarray | None]:
+    """Return the last step of a way whose film keeps its shape, and how far the next one's film leaves it.
 
-    Infinitely far where the film has no such shape, or cannot be heated.
+    The first step is taken to land. Steps between one that lands and one that does not are halved, no more: a film that
+    comes back to its shape farther on is as good.
+    """
+    low, high, off_mm = 0, len(way), None
+    trial = high - 1
+    while high - low > 1:
+        found = _left_mm(world, way[trial], way[trial].q)
+        if found.max() > LEFT_MM:
+            high, off_mm = trial, found
+        else:
+            low = trial
+        trial = (low + high) // 2
+    return low, off_mm
+
+
+def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
+    """Return how far each vertex of a film ends from where the design's answer to its errors puts it, shape [n].
+
+    Infinitely far where the film cannot be heated.
     """
     try:
-        meant = world.balance(q, design.shape.vertices_mm)
+        if not world.linearise(design.q, design.shape.vertices_mm):
+            raise SolverError("the design's equilibrium is not stable.")
+        meant = design.shape.vertices_mm + world.push(q - design.q)
         return np.linalg.norm(moved_onto(world.ramp(q), meant) - meant, axis=1)
     except SolverError as error:
         logger.info("a film beside the design: %s", error)

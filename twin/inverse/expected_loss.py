@@ -50,8 +50,8 @@ class ExpectedLoss:
         gram = np.array([[float((move * c).sum()) for c in costs] for move in moves])
         values, mixes = np.linalg.eigh(gram)
         kept = np.flatnonzero(values > 1e-9 * values[-1])[::-1][:WAYS]
-        self.worst = [sum(part * change for part, change in zip(mixes[:, k], changes, strict=True)) for k in kept]
-        """Mixes of errors that cost most: their changes of the alignment for one standard deviation, worst first."""
+        self.worst = np.tensordot(mixes[:, -1], changes, axes=1)
+        """What one standard deviation of the mix of errors that costs most changes, shape [layers, m, 2]."""
         self._costs = [
             sum(part * c for part, c in zip(mixes[:, k], costs, strict=True)) / np.sqrt(values[k]) for k in kept
         ]

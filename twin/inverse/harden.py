@@ -33,6 +33,8 @@ NOISE_HEIGHTS, NOISE_OUTLINE = 0.15, 0.5
 """The same for what noise moves: so weighed, the loss is nearest to what noisy films really lose in similarity."""
 NOISE_WEIGHT = 2.0
 """Weight of the expected loss: of films at the 10th percentile rather than of the mean."""
+WORST_DEVIATIONS, DRAWN = 2.0, 4
+"""Standard deviations of the mix of errors that costs most, and number of random films, for the ramps."""
 PAIRS = 20
 """Steps whose change of the gradient is remembered."""
 FIRST_MOVE_MM, LONGEST_MOVE_MM = 0.1, 1.0
@@ -65,8 +67,8 @@ class Hardening:
         """
         self._refinement, self._world, self._control, self._errors = refinement, world, control, errors
 
-    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> Design:
-        """Return a design of less expected loss, after about so many evaluations.
+    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Design]:
+        """Return designs of ever less value, from the start on, after about so many evaluations.
 
         Args:
             design: where to start.
@@ -102,7 +104,7 @@ class Hardening:
             return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
 
         here = point(design.p, start)
-        first, slope = here, gradient(here)
+        way, slope = [here], gradient(here)
         pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
         left = evaluations
         while left > 0:
@@ -128,15 +130,20 @@ class Hardening:
             if float((pair[0] * pair[1]).sum()) > 0.0:
                 pairs.append(pair)
             here, slope = trial, there
+            way.append(here)
         logger.info(
-            "hardened: %.4f to %.4f, expected loss %.4f to %.4f", first.value, here.value, first.loss, here.loss
+            "hardened: %.4f to %.4f, expected loss %.4f to %.4f", way[0].value, here.value, way[0].loss, here.loss
         )
-        return self._refinement.design(here.p, here.vertices_mm, design.shape)
+        return [design, *(self._refinement.design(each.p, each.vertices_mm, design.shape) for each in way[1:])]
 
-    def worst(self, design: Design, mixes: int, deviations: float) -> list[np.ndarray]:
-        """Return the alignment of films under the mixes of errors that cost most, to both sides of the design."""
-        changes = self._loss(design).worst[:mixes]
-        return [design.q + sign * deviations * change for change in changes for sign in (1.0, -1.0)]
+    def noisy(self, design: Design, number: int) -> list[np.ndarray]:
+        """Return the alignment of films beside a design that should keep its shape, other ones for each number.
+
+        They are films under the mix of errors that costs most, to both sides, and random ones.
+        """
+        worst = WORST_DEVIATIONS * self._loss(design).worst
+        drawn = self._errors.draw(self._world.film(design.q), DRAWN, number)
+        return [design.q + worst, design.q - worst, *drawn]
 
     def _loss(self, design: Design) -> ExpectedLoss:
         self._linearise(design.q, design.shape.vertices_mm)

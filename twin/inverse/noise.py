@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import Delaunay, KDTree
 
-from twin.batch import ProcessNoise, smooth_field
+from twin.batch import ProcessNoise, noisy_films, smooth_field
 from twin.film import Film
 
 FIELDS = 24
@@ -28,7 +28,7 @@ class ProcessErrors:
         """Prepare the mesh of a film, and draw the fields of directions of `examples`: the same for the same seed."""
         rng = np.random.default_rng(seed)
         centre = film.flat_mm[film.triangles].mean(axis=1)
-        self._layers, self._noise = len(film.contraction), noise
+        self._layers, self._noise, self._seed = len(film.contraction), noise, seed
         self._mesh, self._tree = Delaunay(centre), KDTree(centre)
         self._shifts = [self._moved(shift) for shift in noise.registration_mm * np.eye(2)]
         self._to_grid, self._correlation = _on_grid(centre, noise.direction_length_mm)
@@ -44,6 +44,12 @@ class ProcessErrors:
                 made.append(np.zeros_like(q))
                 made[-1][layer] = change
         return [*made, *(2.0 / np.sqrt(FIELDS) * turn[..., None] * _across(q) for turn in self._turns)]
+
+    def draw(self, film: Film, count: int, number: int) -> list[np.ndarray]:
+        """Return the alignment of films with random errors, not to first order; other ones for each number."""
+        seed = int(np.random.SeedSequence((self._seed, number)).generate_state(1)[0])
+        drawn = [(noisy.contraction, 2.0 * noisy.director_rad) for noisy in noisy_films(film, self._noise, count, seed)]
+        return [e[..., None] * np.stack((np.cos(double), np.sin(double)), axis=-1) for e, double in drawn]
 
     def variance(self, q: np.ndarray, s: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Return s^t Cov(q) s, Cov(q) s and half the gradient by q with s held; s and both [layers, m, 2] like q."""

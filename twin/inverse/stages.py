@@ -47,7 +47,7 @@ PASS_DAMPING = 1e-4
 FIELD_WEIGHTS_PER_MM3 = (1e-3, 1e-2, 5e-2)
 """Weights of the anchor for the smooth fields, each tried where the passes of the one before snap elsewhere."""
 ROBUST_WEIGHTS_PER_MM3 = WEIGHTS_PER_MM3[:2]
-"""Weights for the coarse stage of a robust design: under less, its noisy films snap."""
+"""Weights for the plain steps of a robust design: under less, its noisy films snap."""
 PASS_WEIGHT_SHARE = 0.1
 """Weight of the anchor for the passes, over that for their fields: small, since they start from fields that it has
 shaped, and the gaps between lines are no fault that speeds could mend.
@@ -171,7 +171,7 @@ class Stages:
             u=design.p,
             vertices_mm=design.shape.vertices_mm,
             forms=forms,
-            weight_per_mm3=weight_per_mm3,
+            weight_per_mm3=refinement.weight_per_mm3,
             hold=refinement.anchor.hold,
         )
 
