@@ -134,7 +134,8 @@ def test_a_cancelled_job_leaves_nothing_half_written_and_nothing_running(tmp_pat
     assert job.state == "cancelled"
     assert names(job.folder) == {"request.json", "state.json", LOG_FILE, PROGRESS_FILE, PLAN}
     assert names(job.folder / PLAN) == {"whole"}
-    assert not is_alive(child)
+    # a signal that cannot be refused takes a moment on a busy machine, too
+    apart(until(lambda: not is_alive(child), patience_s=5.0))
 
 
 def test_a_job_that_waits_is_cancelled_and_never_begins(tmp_path, behave):
