@@ -209,3 +209,10 @@ def test_top_face_of_a_contracted_film_lies_at_its_hot_thickness():
     shape = heat_film(made, PredictOptions(support="free", device="cpu"))
     assert np.linalg.norm(shape.top_mm - shape.hot_mm, axis=1) == pytest.approx(0.5, rel=1e-9)
     assert np.ptp(shape.top_mm[:, 2]) < 1e-6
+
+
+def test_a_film_of_alignment_vectors_has_them():
+    flat, triangles = mesh_outline(np.array([(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)]), 1.0)
+    q = 0.1 * np.random.default_rng(0).normal(size=(4, len(triangles), 2))
+    film = film_from_alignment(flat, triangles, q, layer_thickness_mm=np.array(STACK))
+    np.testing.assert_allclose(film.alignment, q, atol=1e-15)

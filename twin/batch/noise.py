@@ -99,9 +99,7 @@ class _Shifted:
     """
 
     def __init__(self, film: Film, centre: np.ndarray) -> None:
-        double = 2.0 * film.director_rad
-        e = film.contraction
-        alignment = np.stack((e * np.cos(double), e * np.sin(double), e), axis=-1)
+        alignment = np.concatenate((film.alignment, film.contraction[..., None]), axis=-1)
         mesh = Delaunay(centre)
         self._centre = centre
         self._inside = [LinearNDInterpolator(mesh, layer) for layer in alignment]

@@ -27,8 +27,7 @@ def coarsen(film: Film, edge_mm: float) -> Film:
     owner = np.asarray(KDTree(coarse_centre).query(centre)[1])
     empty = np.bincount(owner, minlength=len(triangles)) == 0
     nearest = KDTree(centre).query(coarse_centre[empty])[1]
-    double = 2.0 * film.director_rad
-    q = np.stack((film.contraction * np.cos(double), film.contraction * np.sin(double)), axis=-1)
+    q = film.alignment
     thickness = film.layer_thickness_mm
     varies = thickness.ndim == 2
     volume = film.area_mm2 * (thickness if varies else np.ones((len(thickness), 1)))

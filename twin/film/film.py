@@ -38,6 +38,12 @@ class Film:
         return np.bincount(self.triangles.ravel(), volume, len(self.flat_mm)) / self.vertex_area_mm2
 
     @property
+    def alignment(self) -> np.ndarray:
+        """Alignment vectors q = e (cos 2 theta, sin 2 theta) of each layer, shape [layers, m, 2]."""
+        double = 2.0 * self.director_rad
+        return np.stack((self.contraction * np.cos(double), self.contraction * np.sin(double)), axis=-1)
+
+    @property
     def area_mm2(self) -> np.ndarray:
         """Flat area of each triangle [mm^2], shape [m]."""
         p = self.flat_mm[self.triangles]

@@ -48,8 +48,7 @@ class ProcessErrors:
     def draw(self, film: Film, count: int, number: int) -> list[np.ndarray]:
         """Return the alignment of films with random errors, not to first order; other ones for each number."""
         seed = int(np.random.SeedSequence((self._seed, number)).generate_state(1)[0])
-        drawn = [(noisy.contraction, 2.0 * noisy.director_rad) for noisy in noisy_films(film, self._noise, count, seed)]
-        return [e[..., None] * np.stack((np.cos(double), np.sin(double)), axis=-1) for e, double in drawn]
+        return [noisy.alignment for noisy in noisy_films(film, self._noise, count, seed)]
 
     def variance(self, q: np.ndarray, s: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
         """Return s^t Cov(q) s, Cov(q) s and half the gradient by q with s held; s and both [layers, m, 2] like q."""

@@ -52,8 +52,7 @@ PASS_WEIGHT_SHARE = 0.1
 """Weight of the anchor for the passes, over that for their fields: small, since they start from fields that it has
 shaped, and the gaps between lines are no fault that speeds could mend.
 
-A robust design keeps all of it: the anchor also holds down what noise does, and errors that no film of the search
-stands for grow as soon as it lets go."""
+A robust design keeps all of it: the anchor also holds down what noise does, and hardening lets it go by itself."""
 OUTLINE_STEP_MM = 0.5
 
 
