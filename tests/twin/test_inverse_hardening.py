@@ -114,7 +114,14 @@ def test_films_that_leave_are_held_there_and_the_design_goes_back_if_its_own_doe
     monkeypatch.setattr(basin, "_left_mm", lambda *_: next(ends))
     refinement.weight_per_mm3 = 9e-3
     found = basin.harden_in_basin(
-        refinement, cast(Any, Hardens()), world, design, rounds=5, go_on=lambda _: True, progress=lambda _: None
+        refinement,
+        cast(Any, Hardens()),
+        world,
+        design,
+        rounds=5,
+        evaluations=9,
+        go_on=lambda _: True,
+        progress=lambda _: None,
     )
     raised, refinement.anchor.hold, refinement.weight_per_mm3 = refinement.anchor.hold / before, before, weight
     far = np.linalg.norm(film.flat_mm[film.triangles].mean(axis=1) - film.flat_mm[0], axis=1) > 12.0
@@ -162,7 +169,14 @@ def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
 
     monkeypatch.setattr(world, "ramp", fails)
     found = basin.harden_in_basin(
-        refinement, cast(Any, Hardens()), world, design, rounds=1, go_on=lambda _: True, progress=lambda _: None
+        refinement,
+        cast(Any, Hardens()),
+        world,
+        design,
+        rounds=1,
+        evaluations=9,
+        go_on=lambda _: True,
+        progress=lambda _: None,
     )
     raised, refinement.anchor.hold = refinement.anchor.hold / before, before
     assert found is design

@@ -22,8 +22,6 @@ FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
 LEAVING_COSTS = 0.1
 """What a film that leaves loses in similarity, about: for the choice among a search's designs."""
-EVALUATIONS = 25
-"""Equilibria in each round of hardening."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
 LEAVING_SHARE = 0.6
@@ -130,6 +128,7 @@ def harden_in_basin(
     design: Design,
     *,
     rounds: int,
+    evaluations: int,
     go_on: Callable[[Design], bool],
     progress: Callable[[float], None],
 ) -> Design:
@@ -145,6 +144,7 @@ def harden_in_basin(
         world: the film.
         design: where to start: one that keeps its shape.
         rounds: at most so many.
+        evaluations: equilibria in each round, about.
         go_on: called with each new design; False ends the search.
         progress: called with the share done, 0 to 1.
     """
@@ -154,7 +154,7 @@ def harden_in_basin(
     for number in range(rounds):
         try:
             way = hardening.harden(
-                design, EVALUATIONS, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
+                design, evaluations, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
             )
             landed, own_mm = _landed(world, way)
             design = way[landed]
@@ -177,7 +177,7 @@ def harden_in_basin(
             refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
         else:
             refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEIGHTS_PER_MM3[-1])
-        if landed == 0:
+        if own_mm is not None and landed == 0:
             refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
         if not more:
             break

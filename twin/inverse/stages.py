@@ -15,7 +15,7 @@ from planner.plan import program_points
 from planner.program import Machine, Pass
 from planner.target import Target, mesh_outline
 from twin.film import Film, carry, film_from_alignment, outline_of
-from twin.inverse.anchor import Anchor, carry_forms, forms_on_target
+from twin.inverse.anchor import STIFFENING, Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
 from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, harden_in_basin, ramped
 from twin.inverse.field_control import FieldControl
@@ -26,7 +26,7 @@ from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
 from twin.inverse.refine import Control, Design, Refinement
-from twin.inverse.search import ROUNDS, STEPS, Search
+from twin.inverse.search import EVALUATIONS, ROUNDS, STEPS, Search
 from twin.inverse.traced import (
     TracedLayer,
     contraction_range,
@@ -314,7 +314,8 @@ class Stages:
         self, world: World, control: Control, forms: np.ndarray, hold: np.ndarray, weight_per_mm3: float
     ) -> Refinement:
         area = world.newton.shell.film.area_mm2
-        anchor = Anchor(forms, area, self._thickness, self._activation, hold=hold)
+        metric = STIFFENING if self._options.robust else 1.0
+        anchor = Anchor(forms, area, self._thickness, self._activation, hold=hold, metric=metric)
         return Refinement(world, control, anchor, weight_per_mm3=weight_per_mm3)
 
     def _descended(
@@ -335,6 +336,7 @@ class Stages:
                 world,
                 design,
                 rounds=ROUNDS[stage],
+                evaluations=EVALUATIONS[stage],
                 go_on=go_on,
                 progress=lambda share: self._search.report(stage, share),
             )
