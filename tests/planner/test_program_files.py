@@ -1,5 +1,4 @@
 import json
-import time
 from pathlib import Path
 from typing import Any
 
@@ -190,12 +189,10 @@ def test_the_schema_names_the_contract() -> None:
     json.dumps(schema)
 
 
-def test_a_full_program_loads_within_a_second(tmp_path: Path) -> None:
+def test_a_full_program_survives_a_round_trip(tmp_path: Path) -> None:
     passes = tuple(stroke(count=30, y=-9 + 18 * i / 499) for i in range(500))
     path = save_program(program(passes), tmp_path / "program.json")
-    start = time.perf_counter()
-    load_program(path)
-    assert time.perf_counter() - start < 1.0
+    assert load_program(path).layers[0].passes == passes
 
 
 @settings(max_examples=30, deadline=None)
