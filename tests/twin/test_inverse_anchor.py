@@ -16,6 +16,8 @@ FORMS = np.column_stack(
         np.random.default_rng(4).normal(0.0, 0.05, (3, 3)),
     )
 )
+FLAT_FORMS = np.tile([1.0, 0.0, 1.0, 0.0, 0.0, 0.0], (3, 1))
+NO_CONTRACTION = np.full(ALIGNMENT.shape, 1e-9)
 
 
 def anchor(forms=FORMS, *, metric=1.0):
@@ -33,24 +35,25 @@ def test_gradient_is_that_of_differences(metric):
 
 def test_split_energy_is_the_energy_for_small_differences():
     """Of films without contraction, whose natural forms are the flat film's."""
-    flat = np.tile([1.0, 0.0, 1.0, 0.0, 0.0, 0.0], (3, 1))
-    nothing = np.full(ALIGNMENT.shape, 1e-9)
     for scale, off in ((1e-2, 0.05), (1e-3, 0.005)):
-        forms = flat + scale * np.random.default_rng(6).normal(size=(3, 6))
-        whole, split = anchor(forms).value(nothing)[0], anchor(forms, metric=1.0 - 1e-12).value(nothing)[0]
+        forms = FLAT_FORMS + scale * np.random.default_rng(6).normal(size=(3, 6))
+        whole, split = (
+            anchor(forms).value(NO_CONTRACTION)[0],
+            anchor(forms, metric=1.0 - 1e-12).value(NO_CONTRACTION)[0],
+        )
         assert split == pytest.approx(whole, rel=off)
 
 
 def test_only_the_metric_loses_weight():
-    flat = np.tile([1.0, 0.0, 1.0, 0.0, 0.0, 0.0], (3, 1))
-    nothing = np.full(ALIGNMENT.shape, 1e-9)
-    stretched, bent = flat.copy(), flat.copy()
+    stretched, bent = FLAT_FORMS.copy(), FLAT_FORMS.copy()
     stretched[:, 0] += 1e-3
     bent[:, 3] += 1e-3 / OVERBENDING
-    assert anchor(stretched, metric=0.1).value(nothing)[0] == pytest.approx(
-        0.1 * anchor(stretched).value(nothing)[0], rel=0.01
+    assert anchor(stretched, metric=0.1).value(NO_CONTRACTION)[0] == pytest.approx(
+        0.1 * anchor(stretched).value(NO_CONTRACTION)[0], rel=0.01
     )
-    assert anchor(bent, metric=0.1).value(nothing)[0] == pytest.approx(anchor(bent).value(nothing)[0], rel=0.01)
+    assert anchor(bent, metric=0.1).value(NO_CONTRACTION)[0] == pytest.approx(
+        anchor(bent).value(NO_CONTRACTION)[0], rel=0.01
+    )
 
 
 @pytest.mark.parametrize("metric", [1.0, 0.1])
@@ -59,7 +62,7 @@ def test_curvature_is_the_second_derivative_where_the_stress_vanishes(metric):
 
     All layers change alike: where they differ the energy has a part that no forms could take up.
     """
-    one = anchor(np.tile([1.0, 0.0, 1.0, 0.0, 0.0, 0.0], (3, 1)), metric=metric)
+    one = anchor(FLAT_FORMS, metric=metric)
     rest = np.full(ALIGNMENT.shape, 1e-5)
     change = np.broadcast_to(np.random.default_rng(7).normal(size=(3, 2)), ALIGNMENT.shape)
     one.linearise(rest)

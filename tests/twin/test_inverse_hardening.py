@@ -46,6 +46,21 @@ def opened(stages, field):
     world.newton.close()
 
 
+def hardened_in_basin(opened, hardens, *, rounds):
+    """What the basin makes of a stand-in's ways, in as many rounds, from the design."""
+    world, _, refinement, _, design = opened
+    return basin.harden_in_basin(
+        refinement,
+        cast(Any, hardens),
+        world,
+        design,
+        rounds=rounds,
+        evaluations=9,
+        go_on=lambda _: True,
+        progress=lambda _: None,
+    )
+
+
 def test_the_gradient_of_the_expected_loss_is_that_of_differences(opened, monkeypatch):
     """Through the equilibrium, in the soft ways of one design."""
     world, control, _, _, design = opened
@@ -113,16 +128,7 @@ def test_films_that_leave_are_held_there_and_the_design_goes_back_if_its_own_doe
     ends = iter([nowhere, nowhere, nowhere, corner, corner, nowhere, nowhere, nowhere, corner])
     monkeypatch.setattr(basin, "_left_mm", lambda *_: next(ends))
     refinement.weight_per_mm3 = 9e-3
-    found = basin.harden_in_basin(
-        refinement,
-        cast(Any, Hardens()),
-        world,
-        design,
-        rounds=5,
-        evaluations=9,
-        go_on=lambda _: True,
-        progress=lambda _: None,
-    )
+    found = hardened_in_basin(opened, Hardens(), rounds=5)
     raised, refinement.anchor.hold, refinement.weight_per_mm3 = refinement.anchor.hold / before, before, weight
     far = np.linalg.norm(film.flat_mm[film.triangles].mean(axis=1) - film.flat_mm[0], axis=1) > 12.0
     assert raised.max() == pytest.approx(basin.HELD**3, rel=0.1)
@@ -168,16 +174,24 @@ def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
             return []
 
     monkeypatch.setattr(world, "ramp", fails)
-    found = basin.harden_in_basin(
-        refinement,
-        cast(Any, Hardens()),
-        world,
-        design,
-        rounds=1,
-        evaluations=9,
-        go_on=lambda _: True,
-        progress=lambda _: None,
-    )
+    found = hardened_in_basin(opened, Hardens(), rounds=1)
     raised, refinement.anchor.hold = refinement.anchor.hold / before, before
     assert found is design
     np.testing.assert_allclose(raised, basin.HELD)
+
+
+def test_a_round_without_a_step_is_no_film_that_leaves(opened):
+    _, _, refinement, _, design = opened
+
+    class Hardens:
+        def harden(self, one, evaluations, progress):
+            return [one]
+
+        def noisy(self, one, number):
+            return []
+
+    weight, refinement.weight_per_mm3 = refinement.weight_per_mm3, 9e-3
+    found = hardened_in_basin(opened, Hardens(), rounds=1)
+    lowered, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
+    assert found is design
+    assert lowered == pytest.approx(3e-3)

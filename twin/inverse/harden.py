@@ -51,6 +51,8 @@ class _Point:
     vertices_mm: np.ndarray
     value: float
     loss: float
+    by_anchor: np.ndarray
+    """Gradient of the anchor's energy by q."""
 
 
 class Hardening:
@@ -91,16 +93,22 @@ class Hardening:
             loss.at(q, vertices)
             moved = vertices - start
             mismatch = float((moved * (slope_there + 0.5 * intended.curve(moved))).sum())
-            held = weight * anchor.value(q)[0] + self._control.penalty(p)[0]
+            energy, by_anchor = anchor.value(q)
+            held = weight * energy + self._control.penalty(p)[0]
             return _Point(
-                p=p, q=q, vertices_mm=vertices, value=mismatch + NOISE_WEIGHT * loss.value + held, loss=loss.value
+                p=p,
+                q=q,
+                vertices_mm=vertices,
+                value=mismatch + NOISE_WEIGHT * loss.value + held,
+                loss=loss.value,
+                by_anchor=by_anchor,
             )
 
         def gradient(here: _Point) -> np.ndarray:
             """Of the point that was evaluated last."""
             by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
             by_vertices += slope_there + intended.curve(here.vertices_mm - start)
-            by_q += self._world.pull(by_vertices) + weight * anchor.value(here.q)[1]
+            by_q += self._world.pull(by_vertices) + weight * here.by_anchor
             return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
 
         here = point(design.p, start)
