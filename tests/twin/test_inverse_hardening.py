@@ -14,8 +14,9 @@ from twin.film import FilmOptions
 from twin.inverse import basin
 from twin.inverse import world as world_module
 from twin.inverse.expected_loss import ExpectedLoss
-from twin.inverse.harden import NOISE_WEIGHT, Hardening
+from twin.inverse.harden import NOISE_WEIGHT
 from twin.inverse.noise import ProcessErrors
+from twin.inverse.on_the_way import FIRST, LAST
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Search
 from twin.inverse.stages import Stages
@@ -40,9 +41,8 @@ def opened(stages, field):
     control = stages._control(field.triangles, len(field.flat_mm))
     world = stages._world(field.flat_mm, field.triangles, control.q(field.u))
     refinement = stages._refinement(world, control, field.forms, field.hold, field.weight_per_mm3)
-    errors = ProcessErrors(world.newton.shell.film, ProcessNoise(), seed=0)
-    hardening = Hardening(refinement, world, control, errors)
-    yield world, control, refinement, hardening, refinement.design(field.u, field.vertices_mm)
+    with stages._hardening(refinement, world, control) as hardening:
+        yield world, control, refinement, hardening, refinement.design(field.u, field.vertices_mm)
     world.newton.close()
 
 
@@ -88,6 +88,30 @@ def test_the_gradient_of_the_expected_loss_is_that_of_differences(opened, monkey
     assert float((gradient * dq).sum()) == pytest.approx(difference(1e-5), rel=1e-3)
 
 
+def test_the_softest_place_of_the_ramp_is_on_it_and_its_gradient_is_that_of_differences(opened, monkeypatch):
+    _, control, _, hardening, design = opened
+    on_the_way = hardening._on_the_way
+    world = on_the_way._world
+    vertices = on_the_way.begin(design)
+    assert FIRST <= world.activation <= LAST
+    own = on_the_way.at(design.q, vertices)
+    np.testing.assert_allclose(own, vertices, atol=1e-4)
+    # lower than hot, but risen: not on a branch of its own
+    assert 0.1 < np.ptp(own[:, 2]) / np.ptp(design.shape.vertices_mm[:, 2]) < 1.0
+    assert on_the_way.value > 0.0
+    gradient = on_the_way.gradient()
+    du = control.precondition(np.random.default_rng(1).normal(size=design.p.shape))
+    dq = control.push(design.p, du / np.abs(du).max())
+
+    def value(step):
+        on_the_way.at(design.q + step * dq, vertices)
+        return on_the_way.value
+
+    monkeypatch.setattr(world_module, "TOLERANCE", 1e-11)
+    difference = (value(1e-5) - value(-1e-5)) / 2e-5
+    assert float((gradient * dq).sum()) == pytest.approx(difference, rel=1e-3)
+
+
 def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
     _, _, _, hardening, design = opened
 
@@ -108,35 +132,68 @@ def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
     assert design.shape.measured.ssim - hardened.shape.measured.ssim < NOISE_WEIGHT * (before - after)
 
 
-def test_films_that_leave_are_held_there_and_the_design_goes_back_if_its_own_does(opened, monkeypatch):
+class StandIn:
+    """Ways of so many steps, each with its own p; a design's price is what `prices` says of p, or 0."""
+
+    def __init__(self, steps, prices=None):
+        self.steps, self.prices, self.started = steps, prices or {}, []
+
+    def harden(self, one, evaluations, progress):
+        self.started.append(one)
+        return [one, *(SimpleNamespace(**{**vars(one), "p": one.p + step}) for step in range(1, self.steps + 1))]
+
+    def price(self, one):
+        return self.prices.get(round(float(one.p.flat[0]) % 100.0, 3), 0.0)
+
+    def noisy(self, one, number):
+        return [one.q]
+
+
+def test_noisy_films_that_leave_are_held_there_and_the_anchor_is_let_go_after_a_round_without(opened, monkeypatch):
     world, _, refinement, _, design = opened
     film = world.newton.shell.film
     nowhere = np.zeros(len(film.flat_mm))
-    corner = 2.0 * (np.linalg.norm(film.flat_mm - film.flat_mm[0], axis=1) < 2.0)
-    started, weights, before, weight = [], [], refinement.anchor.hold, refinement.weight_per_mm3
-
-    class Hardens:
-        def harden(self, one, evaluations, progress):
-            started.append(one)
-            weights.append(refinement.weight_per_mm3)
-            return [one, SimpleNamespace(**{**vars(one), "p": one.p + len(started)})]
-
-        def noisy(self, one, number):
-            return [one.q]
-
-    # none leaves, then a noisy film, the design's own, none, a noisy one again
-    ends = iter([nowhere, nowhere, nowhere, corner, corner, nowhere, nowhere, nowhere, corner])
+    corner = 3.0 * (np.linalg.norm(film.flat_mm - film.flat_mm[0], axis=1) < 2.0)
+    before, weight = refinement.anchor.hold, refinement.weight_per_mm3
+    # each round asks for the design's own film, then for a noisy one: none leaves, a noisy one, again a noisy one
+    ends = iter([nowhere, nowhere, nowhere, corner, nowhere, corner])
     monkeypatch.setattr(basin, "_left_mm", lambda *_: next(ends))
     refinement.weight_per_mm3 = 9e-3
-    found = hardened_in_basin(opened, Hardens(), rounds=5)
-    raised, refinement.anchor.hold, refinement.weight_per_mm3 = refinement.anchor.hold / before, before, weight
+    hardens = StandIn(1)
+    found = hardened_in_basin(opened, hardens, rounds=3)
+    raised, refinement.anchor.hold = refinement.anchor.hold / before, before
+    lowered, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
     far = np.linalg.norm(film.flat_mm[film.triangles].mean(axis=1) - film.flat_mm[0], axis=1) > 12.0
-    assert raised.max() == pytest.approx(basin.HELD**3, rel=0.1)
+    assert raised.max() == pytest.approx(basin.HELD**2, rel=0.1)
     assert raised[far].max() < 1.01
-    assert weights == pytest.approx([9e-3, 3e-3, 3e-3, 9e-3, 3e-3])
-    np.testing.assert_allclose([one.p[0, 0, 0] - design.p[0, 0, 0] for one in started], [0.0, 1.0, 3.0, 3.0, 7.0])
-    # the last one that no film left
-    assert found.p[0, 0, 0] - design.p[0, 0, 0] == pytest.approx(7.0)
+    assert lowered == pytest.approx(3e-3)
+    moved = [one.p[0, 0, 0] - design.p[0, 0, 0] for one in (*hardens.started, found)]
+    # of equal prices the one that no film left
+    np.testing.assert_allclose(moved, [0.0, 1.0, 2.0, 1.0])
+
+
+def test_where_the_own_film_leaves_the_cheapest_step_before_counts(opened, monkeypatch):
+    world, _, refinement, _, design = opened
+    before, weight = refinement.anchor.hold, refinement.weight_per_mm3
+    nowhere, gone = np.zeros(len(world.newton.shell.film.flat_mm)), np.full(len(world.newton.shell.film.flat_mm), 9.0)
+    start = design.p.flat[0]
+    monkeypatch.setattr(basin, "_left_mm", lambda _, one, q: gone if one.p.flat[0] - start > 8.5 else nowhere)
+    hardens = StandIn(10, {round(float(start + step) % 100.0, 3): abs(step - 4.0) for step in range(11)})
+    found = hardened_in_basin(opened, hardens, rounds=1)
+    assert found.p.flat[0] - start == pytest.approx(4.0)
+    # neither held nor let go
+    np.testing.assert_array_equal(refinement.anchor.hold, before)
+    assert refinement.weight_per_mm3 == weight
+
+
+def test_where_no_step_lands_the_whole_anchor_gets_more(opened, monkeypatch):
+    world, _, refinement, _, design = opened
+    weight, gone = refinement.weight_per_mm3, np.full(len(world.newton.shell.film.flat_mm), 9.0)
+    monkeypatch.setattr(basin, "_left_mm", lambda *_: gone)
+    found = hardened_in_basin(opened, StandIn(2), rounds=1)
+    raised, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
+    assert found is design
+    assert raised == pytest.approx(basin.FACTOR * weight)
 
 
 @pytest.mark.parametrize(("leaves_from", "most"), [(9, 1), (6, 4), (1, 4)])
@@ -149,49 +206,38 @@ def test_the_last_step_that_lands_is_found_by_halving(opened, monkeypatch, leave
         return np.full(3, 2.0 * basin.LEFT_MM * q if q >= leaves_from else 0.0)
 
     monkeypatch.setattr(basin, "_left_mm", left_mm)
-    landed, off_mm = basin._landed(world, cast(Any, way))
-    assert landed == leaves_from - 1
-    assert (
-        (off_mm is None)
-        if leaves_from == 9
-        else (off_mm is not None and off_mm.max() == 2.0 * basin.LEFT_MM * leaves_from)
-    )
+    assert basin._landed(world, cast(Any, way)) == leaves_from - 1
     assert len(asked) <= most
 
 
 def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
-    world, _, refinement, _, design = opened
-    before = refinement.anchor.hold
+    world, _, _, _, design = opened
 
     def fails(q):
         raise SolverError("no equilibrium on the way")
 
-    class Hardens:
-        def harden(self, one, evaluations, progress):
-            return [one, SimpleNamespace(**vars(one))]
-
-        def noisy(self, one, number):
-            return []
-
     monkeypatch.setattr(world, "ramp", fails)
-    found = hardened_in_basin(opened, Hardens(), rounds=1)
-    raised, refinement.anchor.hold = refinement.anchor.hold / before, before
-    assert found is design
-    np.testing.assert_allclose(raised, basin.HELD)
+    assert np.isinf(basin._left_mm(world, design, design.q)).all()
 
 
-def test_a_round_without_a_step_is_no_film_that_leaves(opened):
-    _, _, refinement, _, design = opened
+def test_a_design_that_cannot_be_heated_has_no_price(opened, monkeypatch):
+    _, _, _, hardening, design = opened
 
-    class Hardens:
-        def harden(self, one, evaluations, progress):
-            return [one]
+    def fails(q):
+        raise SolverError("no equilibrium on the way")
 
-        def noisy(self, one, number):
-            return []
+    price = hardening.price(design)
+    assert 0.0 < price < 1.0
+    monkeypatch.setattr(hardening._on_the_way._world, "states", fails)
+    assert np.isinf(hardening.price(design))
 
+
+def test_a_round_without_a_step_is_no_film_that_leaves(opened, monkeypatch):
+    world, _, refinement, _, design = opened
+    nowhere = np.zeros(len(world.newton.shell.film.flat_mm))
+    monkeypatch.setattr(basin, "_left_mm", lambda *_: nowhere)
     weight, refinement.weight_per_mm3 = refinement.weight_per_mm3, 9e-3
-    found = hardened_in_basin(opened, Hardens(), rounds=1)
+    found = hardened_in_basin(opened, StandIn(0), rounds=1)
     lowered, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
     assert found is design
     assert lowered == pytest.approx(3e-3)

@@ -21,16 +21,18 @@ WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
 LEAVING_COSTS = 0.1
-"""What a film that leaves loses in similarity, about: for the choice among a search's designs."""
+"""Added to a design's price if all films leave it: for the choice among a search's designs."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
 LEAVING_SHARE = 0.6
 """A film that has left did so where it is off by more than this share of the most."""
-LEFT_MM = 1.0
+LEFT_MM = 2.0
 """A film has left the design's shape if its ramp ends farther from where the answer to its errors, to first order,
 puts it: it has snapped, or is much softer than the expected loss knows."""
 HELD, HELD_LENGTH_MM = 4.0, 3.0
 """Factor on the anchor where a film has left, and how far around."""
+PARTS = 4
+"""Of the steps that land, those that are compared where a later one does not: the last ones stand near a snap."""
 FAILURES = 4
 """Ramps that may end elsewhere before a search is given up."""
 SETTLED = 0.003
@@ -134,9 +136,9 @@ def harden_in_basin(
 ) -> Design:
     """Harden a design in rounds, so that it and noisy films keep its shape when heated from flat.
 
-    Where a film ends in another shape, the anchor gets more weight there; where the design's own film does, the next
-    round starts from the last step that still lands. After a round without, the whole anchor gets less. Of the designs
-    that keep their shape the most similar counts, films that leave it taken off; without any it is the first.
+    Where a noisy film ends in another shape, the anchor gets more weight there; where the design's own film does, the
+    next round starts from the best of the steps before. After a round without, the whole anchor gets less. Of the
+    designs that keep their shape the cheapest counts, films that leave it added; without any it is the first.
 
     Args:
         refinement: the design's, with the anchor that hardening uses as well.
@@ -156,50 +158,53 @@ def harden_in_basin(
             way = hardening.harden(
                 design, evaluations, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
             )
-            landed, own_mm = _landed(world, way)
+            landed = _landed(world, way)
+            lost = landed < len(way) - 1
+            steps = sorted({landed * part // PARTS for part in range(PARTS + 1)}) if lost else [landed]
+            prices = {step: hardening.price(way[step]) for step in steps if step > 0}
+            landed = min(prices, key=prices.__getitem__, default=0)
             design = way[landed]
-            left = [own_mm] if own_mm is not None else []
-            if not left:
-                left = [_left_mm(world, design, q) for q in hardening.noisy(design, number)]
+            left = [] if lost else [_left_mm(world, design, q) for q in hardening.noisy(design, number)]
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
         more = go_on(design)
         leaving = [off_mm[film.triangles].mean(axis=1) for off_mm in left if off_mm.max() > LEFT_MM]
-        logger.info("step %d of %d lands, %d of %d films leave it", landed, len(way) - 1, len(leaving), len(left))
+        logger.info(
+            "goes on from step %d of %d, %d of %d films leave it", landed, len(way) - 1, len(leaving), len(left)
+        )
         if landed > 0:
-            cost = 1.0 - design.shape.measured.ssim + LEAVING_COSTS * len(leaving) / len(left)
+            cost = prices[landed] + LEAVING_COSTS * (1.0 if lost else len(leaving) / len(left))
             if best is None or cost <= best[0]:
                 best = cost, design
         if leaving:
             there = centre_mm[np.any([off_mm >= LEAVING_SHARE * off_mm.max() for off_mm in leaving], axis=0)]
             near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
             refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
-        else:
+        elif not lost:
             refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEIGHTS_PER_MM3[-1])
-        if own_mm is not None and landed == 0:
+        elif landed == 0:
             refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
         if not more:
             break
     return design if best is None else best[1]
 
 
-def _landed(world: World, way: Sequence[Design]) -> tuple[int, np.ndarray | None]:
-    """Return the last step of a way whose film keeps its shape, and how far the next one's film leaves it.
+def _landed(world: World, way: Sequence[Design]) -> int:
+    """Return the last step of a way whose film keeps its shape.
 
     The first step is taken to land. Steps between one that lands and one that does not are halved, no more: a film that
     comes back to its shape farther on is as good.
     """
-    low, high, off_mm = 0, len(way), None
+    low, high = 0, len(way)
     trial = high - 1
     while high - low > 1:
-        found = _left_mm(world, way[trial], way[trial].q)
-        if found.max() > LEFT_MM:
-            high, off_mm = trial, found
+        if _left_mm(world, way[trial], way[trial].q).max() > LEFT_MM:
+            high = trial
         else:
             low = trial
         trial = (low + high) // 2
-    return low, off_mm
+    return low
 
 
 def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:

@@ -15,10 +15,10 @@ are central differences of dE/dx and dE/dq: four evaluations of forces for each 
 """
 
 import logging
+from typing import Protocol
 
 import numpy as np
 
-from twin.inverse.mismatch import QuadraticModel
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.world import World
 
@@ -31,10 +31,18 @@ STEP_MM, STEP_Q = 1e-4, 1e-5
 which contact sets in, so that contact does not change on the way."""
 
 
+class Cost(Protocol):
+    """A quadratic form of displacements."""
+
+    def curve(self, displacement_mm: np.ndarray, /) -> np.ndarray:
+        """Return the curvature times a displacement, both [n, 3]."""
+        ...
+
+
 class ExpectedLoss:
     """L at one design after the other, in the soft ways of the first."""
 
-    def __init__(self, world: World, errors: ProcessErrors, cost: QuadraticModel, q: np.ndarray) -> None:
+    def __init__(self, world: World, errors: ProcessErrors, cost: Cost, q: np.ndarray, *, ways: int = WAYS) -> None:
         """Find the soft ways of a film.
 
         Args:
@@ -42,6 +50,7 @@ class ExpectedLoss:
             errors: of the process, on its mesh.
             cost: C, what a displacement of the vertices costs.
             q: the alignment of that design, shape [layers, m, 2].
+            ways: how many are followed at most.
         """
         self._world, self._errors = world, errors
         changes = errors.examples(q)
@@ -49,7 +58,7 @@ class ExpectedLoss:
         costs = [cost.curve(move) for move in moves]
         gram = np.array([[float((move * c).sum()) for c in costs] for move in moves])
         values, mixes = np.linalg.eigh(gram)
-        kept = np.flatnonzero(values > 1e-9 * values[-1])[::-1][:WAYS]
+        kept = np.flatnonzero(values > 1e-9 * values[-1])[::-1][:ways]
         self.worst = np.tensordot(mixes[:, -1], changes, axes=1)
         """What one standard deviation of the mix of errors that costs most changes, shape [layers, m, 2]."""
         self._costs = [

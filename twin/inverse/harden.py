@@ -2,12 +2,12 @@
 
 Minimised is, over the design variables p,
 
-    mismatch(x) + NOISE_WEIGHT L(q) + weight T(q) + penalty(p),
+    mismatch(x) + NOISE_WEIGHT L(q) + P(q) + weight T(q) + penalty(p),
 
-with the expected loss L of `twin.inverse.expected_loss` and the anchor's T. The mismatch is its quadratic model at the
-design that one starts from: counting pixels and windows anew at each step would make it too rough for differences of
-gradients, which is what L-BFGS lives on. Gauss-Newton steps do not help here: how much noise moves a film is decided by
-how stiff it is, and that is just what they leave out of the curvature.
+with the expected loss L of `twin.inverse.expected_loss`, the anchor's T, and P of `twin.inverse.on_the_way`. The
+mismatch is its quadratic model at the design that one starts from: counting pixels and windows anew at each step would
+make it too rough for differences of gradients, which is what L-BFGS lives on. Gauss-Newton steps do not help here: how
+much noise moves a film is decided by how stiff it is, and that is just what they leave out of the curvature.
 
 Nocedal and Wright, Numerical Optimization (2006), algorithm 7.4 and 3.1.
 """
@@ -22,6 +22,7 @@ import numpy as np
 from planner.errors import SolverError
 from twin.inverse.expected_loss import ExpectedLoss
 from twin.inverse.noise import ProcessErrors
+from twin.inverse.on_the_way import OnTheWay
 from twin.inverse.refine import Control, Design, Refinement
 from twin.inverse.world import World
 
@@ -49,8 +50,10 @@ class _Point:
     p: np.ndarray
     q: np.ndarray
     vertices_mm: np.ndarray
+    way_mm: np.ndarray
     value: float
     loss: float
+    on_the_way: float
     by_anchor: np.ndarray
     """Gradient of the anchor's energy by q."""
 
@@ -58,7 +61,9 @@ class _Point:
 class Hardening:
     """Descends from one design after the other."""
 
-    def __init__(self, refinement: Refinement, world: World, control: Control, errors: ProcessErrors) -> None:
+    def __init__(
+        self, refinement: Refinement, world: World, control: Control, errors: ProcessErrors, on_the_way: OnTheWay
+    ) -> None:
         """Prepare.
 
         Args:
@@ -66,8 +71,10 @@ class Hardening:
             world: the film.
             control: the design variables.
             errors: of the process.
+            on_the_way: the film on its way up the ramp.
         """
         self._refinement, self._world, self._control, self._errors = refinement, world, control, errors
+        self._on_the_way = on_the_way
 
     def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Design]:
         """Return designs of ever less value, from the start on, after about so many evaluations.
@@ -78,19 +85,21 @@ class Hardening:
             progress: called with the share of them that were found.
 
         Raises:
-            SolverError: if the design's own equilibrium is not stable.
+            SolverError: if the design's own equilibrium is not stable, at the end of its ramp or on the way up.
         """
+        on_the_way = self._on_the_way
         model, start = design.shape.measured.model, design.shape.vertices_mm
         intended = model.weighed(heights=HEIGHTS, outline=OUTLINE)
         loss = self._loss(design)
         anchor, weight = self._refinement.anchor, self._refinement.weight_per_mm3
         slope_there = intended.gradient()
 
-        def point(p: np.ndarray, near_mm: np.ndarray) -> _Point:
+        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> _Point:
             q = self._control.q(p)
             vertices = self._world.balance(q, near_mm)
             self._linearise(q, vertices)
             loss.at(q, vertices)
+            way_mm = on_the_way.at(q, way_near_mm)
             moved = vertices - start
             mismatch = float((moved * (slope_there + 0.5 * intended.curve(moved))).sum())
             energy, by_anchor = anchor.value(q)
@@ -99,8 +108,10 @@ class Hardening:
                 p=p,
                 q=q,
                 vertices_mm=vertices,
-                value=mismatch + NOISE_WEIGHT * loss.value + held,
+                way_mm=way_mm,
+                value=mismatch + NOISE_WEIGHT * loss.value + on_the_way.value + held,
                 loss=loss.value,
+                on_the_way=on_the_way.value,
                 by_anchor=by_anchor,
             )
 
@@ -108,24 +119,26 @@ class Hardening:
             """Of the point that was evaluated last."""
             by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
             by_vertices += slope_there + intended.curve(here.vertices_mm - start)
-            by_q += self._world.pull(by_vertices) + weight * here.by_anchor
+            by_q += self._world.pull(by_vertices) + on_the_way.gradient() + weight * here.by_anchor
             return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
 
-        here = point(design.p, start)
+        here = point(design.p, start, on_the_way.begin(design))
         way, slope = [here], gradient(here)
         pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
         left = evaluations
         while left > 0:
             direction = -self._inverse_curvature(slope, pairs)
-            self._linearise(here.q, here.vertices_mm)
-            move = self._world.push(self._control.push(here.p, direction))
-            longest = float(np.linalg.norm(move, axis=1).max())
+            turn = self._control.push(here.p, direction)
+            move, way_move = self._world.push(turn), on_the_way.push(turn)
+            longest = max(float(np.linalg.norm(each, axis=1).max()) for each in (move, way_move))
             length = min(1.0, (LONGEST_MOVE_MM if pairs else FIRST_MOVE_MM) / max(longest, 1e-300))
             for _ in range(TRIALS):
                 left -= 1
                 progress(1.0 - max(left, 0) / evaluations)
                 try:
-                    trial = point(here.p + length * direction, here.vertices_mm + length * move)
+                    trial = point(
+                        here.p + length * direction, here.vertices_mm + length * move, here.way_mm + length * way_move
+                    )
                     if trial.value < here.value + ENOUGH * length * float((slope * direction).sum()):
                         break
                 except SolverError as error:
@@ -140,9 +153,31 @@ class Hardening:
             here, slope = trial, there
             way.append(here)
         logger.info(
-            "hardened: %.4f to %.4f, expected loss %.4f to %.4f", way[0].value, here.value, way[0].loss, here.loss
+            "hardened: %.4f to %.4f, expected loss %.4f to %.4f, on the way %.4f to %.4f",
+            *(
+                figure
+                for name in ("value", "loss", "on_the_way")
+                for figure in (getattr(way[0], name), getattr(here, name))
+            ),
         )
         return [design, *(self._refinement.design(each.p, each.vertices_mm, design.shape) for each in way[1:])]
+
+    def price(self, design: Design) -> float:
+        """Return what a design costs with noise: dissimilarity, expected loss, and what its way up the ramp does.
+
+        Infinity where its film cannot be heated from flat, or is not stable.
+        """
+        on_the_way = self._on_the_way
+        try:
+            loss = self._loss(design)
+            loss.at(design.q, design.shape.vertices_mm)
+            on_the_way.at(design.q, on_the_way.begin(design))
+        except SolverError as error:
+            logger.info("price: %s", error)
+            return float("inf")
+        ssim = design.shape.measured.ssim
+        logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)
+        return 1.0 - ssim + NOISE_WEIGHT * loss.value + on_the_way.value
 
     def noisy(self, design: Design, number: int) -> list[np.ndarray]:
         """Return the alignment of films beside a design that should keep its shape, other ones for each number.

@@ -19,9 +19,10 @@ from twin.inverse.anchor import STIFFENING, Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
 from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, harden_in_basin, ramped
 from twin.inverse.field_control import FieldControl
-from twin.inverse.harden import Hardening
+from twin.inverse.harden import NOISE_WEIGHT, Hardening
 from twin.inverse.mismatch import Mismatch
 from twin.inverse.noise import ProcessErrors
+from twin.inverse.on_the_way import OnTheWay
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
@@ -133,6 +134,7 @@ class Stages:
                 refinement, world, design, weights_per_mm3=weights, steps=STEPS["coarse"], go_on=go_on
             )
             if self._options.robust:
+                design = refinement.weighed(design, ROBUST_WEIGHTS_PER_MM3[-1])
                 design = self._descended(refinement, world, control, design, "coarse", go_on)
         finally:
             world.newton.close()
@@ -329,20 +331,33 @@ class Stages:
     ) -> Design:
         """Take a stage's plain steps; harden a robust design, which takes them where no hardened one lands."""
         if self._options.robust:
-            errors = ProcessErrors(world.newton.shell.film, self._options.noise, seed=self._options.seed)
-            hardened = harden_in_basin(
-                refinement,
-                Hardening(refinement, world, control, errors),
-                world,
-                design,
-                rounds=ROUNDS[stage],
-                evaluations=EVALUATIONS[stage],
-                go_on=go_on,
-                progress=lambda share: self._search.report(stage, share),
-            )
+            with self._hardening(refinement, world, control) as hardening:
+                hardened = harden_in_basin(
+                    refinement,
+                    hardening,
+                    world,
+                    design,
+                    rounds=ROUNDS[stage],
+                    evaluations=EVALUATIONS[stage],
+                    go_on=go_on,
+                    progress=lambda share: self._search.report(stage, share),
+                )
             if hardened is not design:
                 return hardened
         return descend(refinement, design, steps=STEPS[stage], go_on=go_on)
+
+    @contextmanager
+    def _hardening(self, refinement: Refinement, world: World, control: Control) -> Iterator[Hardening]:
+        """Make ready to harden the designs of a film."""
+        film = world.newton.shell.film
+        errors = ProcessErrors(film, self._options.noise, seed=self._options.seed)
+        on_the_way = OnTheWay(
+            World(film, Mismatch(self._target, film.triangles), self._options.heated), errors, NOISE_WEIGHT
+        )
+        try:
+            yield Hardening(refinement, world, control, errors, on_the_way)
+        finally:
+            on_the_way.close()
 
 
 def _carried_anchor(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -38,7 +38,8 @@ class World:
         """
         self.newton = open_newton(film, heated)
         self._mismatch, self._heated = mismatch, heated
-        self._activation = ramp_end(heated)
+        self.activation = ramp_end(heated)
+        """Fraction of the full contraction that everything but ramps is worked out at; may be replaced."""
         self._sensitivity = Sensitivity(self.newton)
         area = film.vertex_area_mm2
         self.vertex_share = (area / area.sum())[:, None]
@@ -77,6 +78,16 @@ class World:
         measured = self._mismatch.measure(top, None if near is None else near.measured.transform)
         return Shape(vertices_mm=vertices, top_mm=top, measured=measured)
 
+    def states(self, q: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """Heat the film of q from flat; returns activations and vertices [mm], shape [n, 3], about in balance.
+
+        Raises:
+            SolverError: if no equilibrium is found on the way.
+        """
+        found = heat_film(self.film(q), self._heated)
+        activation = self._heated.material.activation(found.temperature_c)
+        return list(zip(activation.tolist(), found.vertices_mm, strict=True))
+
     def ramp(self, q: np.ndarray) -> np.ndarray:
         """Heat the film of q from flat as a prediction does; returns where it ends [mm], shape [n, 3].
 
@@ -88,7 +99,7 @@ class World:
     def linearise(self, q: np.ndarray, vertices_mm: np.ndarray) -> bool:
         """Prepare `push`, `pull` and `adjoint` at the equilibrium of q; False if it is not stable."""
         self._teach(q)
-        return self._sensitivity.at(vertices_mm, q, self._activation)
+        return self._sensitivity.at(vertices_mm, q, self.activation)
 
     def push(self, dq: np.ndarray) -> np.ndarray:
         """Return how the vertices move [mm], shape [n, 3], for a change of the alignment."""
@@ -108,9 +119,9 @@ class World:
         The state need not be in balance, and what was linearised stays.
         """
         self._teach(q)
-        return self._sensitivity.forces(vertices_mm, q, self._activation)
+        return self._sensitivity.forces(vertices_mm, q, self.activation)
 
     def _teach(self, q: np.ndarray) -> Shell:
         shell = self.newton.shell
-        shell.teach(self.film(q), self._activation)
+        shell.teach(self.film(q), self.activation)
         return shell
