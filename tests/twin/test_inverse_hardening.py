@@ -16,7 +16,7 @@ from twin.inverse import world as world_module
 from twin.inverse.expected_loss import ExpectedLoss
 from twin.inverse.harden import NOISE_WEIGHT
 from twin.inverse.noise import ProcessErrors
-from twin.inverse.on_the_way import FIRST, LAST
+from twin.inverse.on_the_way import FIRST, LAST, PARTED_MM
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Search
 from twin.inverse.stages import Stages
@@ -112,6 +112,22 @@ def test_the_softest_place_of_the_ramp_is_on_it_and_its_gradient_is_that_of_diff
     assert float((gradient * dq).sum()) == pytest.approx(difference, rel=1e-3)
 
 
+def test_where_a_film_parts_from_a_design_is_remembered(opened):
+    _, _, _, hardening, design = opened
+    on_the_way = hardening._on_the_way
+    world = on_the_way._world
+    on_the_way.left_by(1.01 * design.q, design)
+    assert on_the_way._parted is None
+    # as a flat film: it parts as soon as the design has risen
+    on_the_way.left_by(0.01 * design.q, design)
+    parted = on_the_way._parted
+    assert 0.0 < parted < 1.0
+    vertices = on_the_way.begin(design)
+    assert world.activation == parted
+    assert np.ptp(vertices[:, 2]) > PARTED_MM
+    on_the_way._parted = None
+
+
 def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
     _, _, _, hardening, design = opened
 
@@ -136,7 +152,7 @@ class StandIn:
     """Ways of so many steps, each with its own p; a design's price is what `prices` says of p, or 0."""
 
     def __init__(self, steps, prices=None):
-        self.steps, self.prices, self.started = steps, prices or {}, []
+        self.steps, self.prices, self.started, self.left = steps, prices or {}, [], []
 
     def harden(self, one, evaluations, progress):
         self.started.append(one)
@@ -144,6 +160,9 @@ class StandIn:
 
     def price(self, one):
         return self.prices.get(round(float(one.p.flat[0]) % 100.0, 3), 0.0)
+
+    def left_by(self, q, one):
+        self.left.append(one.p)
 
     def noisy(self, one, number):
         return [one.q]
@@ -167,6 +186,7 @@ def test_noisy_films_that_leave_are_held_there_and_the_anchor_is_let_go_after_a_
     assert raised.max() == pytest.approx(basin.HELD**2, rel=0.1)
     assert raised[far].max() < 1.01
     assert lowered == pytest.approx(3e-3)
+    assert len(hardens.left) == 2
     moved = [one.p[0, 0, 0] - design.p[0, 0, 0] for one in (*hardens.started, found)]
     # of equal prices the one that no film left
     np.testing.assert_allclose(moved, [0.0, 1.0, 2.0, 1.0])

@@ -160,11 +160,14 @@ def harden_in_basin(
             )
             landed = _landed(world, way)
             lost = landed < len(way) - 1
+            if lost:
+                hardening.left_by(way[landed + 1].q, way[landed])
             steps = sorted({landed * part // PARTS for part in range(PARTS + 1)}) if lost else [landed]
             prices = {step: hardening.price(way[step]) for step in steps if step > 0}
             landed = min(prices, key=prices.__getitem__, default=0)
             design = way[landed]
-            left = [] if lost else [_left_mm(world, design, q) for q in hardening.noisy(design, number)]
+            films = [] if lost else hardening.noisy(design, number)
+            left = [_left_mm(world, design, q) for q in films]
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
@@ -178,6 +181,7 @@ def harden_in_basin(
             if best is None or cost <= best[0]:
                 best = cost, design
         if leaving:
+            hardening.left_by(films[int(np.argmax([off_mm.max() for off_mm in left]))], design)
             there = centre_mm[np.any([off_mm >= LEAVING_SHARE * off_mm.max() for off_mm in leaving], axis=0)]
             near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
             refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)

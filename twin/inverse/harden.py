@@ -179,6 +179,13 @@ class Hardening:
         logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)
         return 1.0 - ssim + NOISE_WEIGHT * loss.value + on_the_way.value
 
+    def left_by(self, q: np.ndarray, design: Design) -> None:
+        """Keep designs from where a film of alignment q parts from a design on its way up the ramp."""
+        try:
+            self._on_the_way.left_by(q, design)
+        except SolverError as error:
+            logger.info("a film that left: %s", error)
+
     def noisy(self, design: Design, number: int) -> list[np.ndarray]:
         """Return the alignment of films beside a design that should keep its shape, other ones for each number.
 

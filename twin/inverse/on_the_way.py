@@ -2,8 +2,9 @@
 
 At 150 C nearly every film that has snapped could as well stand where it was designed to: the ramp from flat lost the
 way long before. A dome of the design may hang down at first, on a branch of its own, and come over with a snap; errors
-of the process delay that, or let one side of the dome snap without the other. Where that is decided the film is soft:
-there, at the activation g between flat and hot at which noise moves it farthest, a design pays
+of the process delay that, or let one side of the dome snap without the other. Where that is decided the film is soft.
+At the activation g between flat and hot at which the last film that left its design parted from it, or else at that at
+which noise moves the design's own film farthest, a design pays
 
     WEIGHT sum over vertices of share ((z_g - g z)^2 + NOISE_WEIGHT Var z_g) / 2,
 
@@ -17,6 +18,7 @@ import logging
 import numpy as np
 
 from planner.errors import SolverError
+from twin.equilibrium import rigid_distance_mm
 from twin.inverse.expected_loss import ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.refine import Design
@@ -28,6 +30,8 @@ WEIGHT_PER_MM2 = 0.3
 """Half a millimetre, as designs of faces end with, costs as much as 0.04 of similarity."""
 FIRST, LAST = 0.2, 0.9
 """Shares of the design's activation between which the place is looked for."""
+PARTED_MM = 1.0
+"""A film has parted from a design where a vertex is farther off, rigid motion aside."""
 WAYS = 4
 """Soft ways that are followed there: where two shapes part there is one that matters."""
 
@@ -46,14 +50,47 @@ class OnTheWay:
         self._world, self._errors, self._noise_weight = world, errors, noise_weight
         self._hot = world.activation
         self._cost = _Heights(world)
+        self._parted: float | None = None
+
+    def left_by(self, q: np.ndarray, design: Design) -> None:
+        """Remember where on the ramp a film of alignment q parts from a design that it ends beside.
+
+        Raises:
+            SolverError: if one of them cannot be heated from flat.
+        """
+        meant_mm = None
+        for activation, vertices in self._world.states(q):
+            self._world.activation = activation
+            meant_mm = self._world.balance(design.q, vertices if meant_mm is None else meant_mm)
+            if rigid_distance_mm(vertices, meant_mm) > PARTED_MM:
+                logger.info("parts from the design at an activation of %.3f", activation)
+                self._parted = activation
+                return
 
     def begin(self, design: Design) -> np.ndarray:
-        """Find the softest place of a design's ramp; returns its film there [mm], shape [n, 3].
+        """Find the place on a design's ramp that counts; returns its film there [mm], shape [n, 3].
 
         Raises:
             SolverError: if the film cannot be heated from flat.
         """
         q, world = design.q, self._world
+        vertices = self._softest(q) if self._parted is None else self._at_parting(q, self._parted)
+        self._wanted_mm = np.zeros_like(vertices)
+        self._wanted_mm[:, 2] = world.activation / self._hot * design.shape.vertices_mm[:, 2]
+        if not world.linearise(q, vertices):
+            raise SolverError("on the way up: the equilibrium is not stable.")
+        self._loss = ExpectedLoss(world, self._errors, self._cost, q, ways=WAYS)
+        return vertices
+
+    def _at_parting(self, q: np.ndarray, activation: float) -> np.ndarray:
+        """Return the film at an activation, from the state of its ramp before."""
+        before = [vertices for at, vertices in self._world.states(q) if at <= activation]
+        self._world.activation = activation
+        return self._world.balance(q, before[-1])
+
+    def _softest(self, q: np.ndarray) -> np.ndarray:
+        """Go to where noise moves the film farthest, to first order."""
+        world = self._world
         examples, found = self._errors.examples(q), []
         for activation, near_mm in world.states(q):
             if not FIRST * self._hot <= activation <= LAST * self._hot:
@@ -67,10 +104,6 @@ class OnTheWay:
             raise SolverError("on the way up: no stable equilibrium.")
         deviation_mm, world.activation, vertices = max(found, key=lambda each: each[0])
         logger.info("softest on the way at an activation of %.3f: %.3f mm", world.activation, deviation_mm)
-        self._wanted_mm = np.zeros_like(vertices)
-        self._wanted_mm[:, 2] = world.activation / self._hot * design.shape.vertices_mm[:, 2]
-        world.linearise(q, vertices)
-        self._loss = ExpectedLoss(world, self._errors, self._cost, q, ways=WAYS)
         return vertices
 
     def at(self, q: np.ndarray, near_mm: np.ndarray) -> np.ndarray:
