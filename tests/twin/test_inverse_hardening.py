@@ -114,7 +114,7 @@ def test_the_softest_place_of_the_ramp_is_on_it_and_its_gradient_is_that_of_diff
 
 def test_where_a_film_parts_from_a_design_is_remembered(opened):
     _, _, _, hardening, design = opened
-    on_the_way = hardening._on_the_way
+    on_the_way = cast(Any, hardening._on_the_way)
     world = on_the_way._world
     on_the_way.left_by(1.01 * design.q, design)
     assert on_the_way._parted is None
