@@ -238,7 +238,7 @@ def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
     assert np.isinf(basin._left_mm(world, design, design.q)).all()
 
 
-def test_a_design_that_cannot_be_heated_has_no_price(opened, monkeypatch):
+def test_a_design_that_cannot_be_heated_or_ends_elsewhere_has_no_price(opened, monkeypatch):
     _, _, _, hardening, design = opened
 
     def fails(q):
@@ -246,7 +246,13 @@ def test_a_design_that_cannot_be_heated_has_no_price(opened, monkeypatch):
 
     price = hardening.price(design)
     assert 0.0 < price < 1.0
-    monkeypatch.setattr(hardening._on_the_way._world, "states", fails)
+    world = hardening._on_the_way._world
+    states = world.states(design.q)
+    snapped = states[-1][0], -states[-1][1]
+    with monkeypatch.context() as patched:
+        patched.setattr(world, "states", lambda q: [*states[:-1], snapped])
+        assert np.isinf(hardening.price(design))
+    monkeypatch.setattr(world, "states", fails)
     assert np.isinf(hardening.price(design))
 
 

@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from planner.errors import SolverError
 from twin.equilibrium import moved_onto, rigid_distance_mm
-from twin.inverse.harden import Hardening
+from twin.inverse.harden import LEFT_MM, Hardening
 from twin.inverse.refine import Design, Refinement
 from twin.inverse.world import World
 
@@ -26,9 +26,6 @@ RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
 LEAVING_SHARE = 0.6
 """A film that has left did so where it is off by more than this share of the most."""
-LEFT_MM = 2.0
-"""A film has left the design's shape if its ramp ends farther from where the answer to its errors, to first order,
-puts it: it has snapped, or is much softer than the expected loss knows."""
 HELD, HELD_LENGTH_MM = 4.0, 3.0
 """Factor on the anchor where a film has left, and how far around."""
 PARTS = 4
@@ -164,7 +161,8 @@ def harden_in_basin(
                 hardening.left_by(way[landed + 1].q, way[landed])
             steps = sorted({landed * part // PARTS for part in range(PARTS + 1)}) if lost else [landed]
             prices = {step: hardening.price(way[step]) for step in steps if step > 0}
-            landed = min(prices, key=prices.__getitem__, default=0)
+            # a step between those that were heated need not land
+            landed = min((step for step in prices if np.isfinite(prices[step])), key=prices.__getitem__, default=0)
             design = way[landed]
             films = [] if lost else hardening.noisy(design, number)
             left = [_left_mm(world, design, q) for q in films]

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planner.errors import SolverError
+from twin.equilibrium import rigid_distance_mm
 from twin.inverse.expected_loss import ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import OnTheWay
@@ -36,6 +37,9 @@ NOISE_WEIGHT = 2.0
 """Weight of the expected loss: of films at the 10th percentile rather than of the mean."""
 WORST_DEVIATIONS, DRAWN = 2.0, 4
 """Standard deviations of the mix of errors that costs most, and number of random films, for the ramps."""
+LEFT_MM = 2.0
+"""A film has left the design's shape if its ramp ends farther from where the answer to its errors, to first order,
+puts it: it has snapped, or is much softer than the expected loss knows."""
 PAIRS = 20
 """Steps whose change of the gradient is remembered."""
 FIRST_MOVE_MM, LONGEST_MOVE_MM = 0.1, 1.0
@@ -165,7 +169,7 @@ class Hardening:
     def price(self, design: Design) -> float:
         """Return what a design costs with noise: dissimilarity, expected loss, and what its way up the ramp does.
 
-        Infinity where its film cannot be heated from flat, or is not stable.
+        Infinity where its film cannot be heated from flat, is not stable, or ends in another shape.
         """
         on_the_way = self._on_the_way
         try:
@@ -174,6 +178,10 @@ class Hardening:
             on_the_way.at(design.q, on_the_way.begin(design))
         except SolverError as error:
             logger.info("price: %s", error)
+            return float("inf")
+        off_mm = rigid_distance_mm(on_the_way.end_mm, design.shape.vertices_mm)
+        if off_mm > LEFT_MM:
+            logger.info("price: the ramp ends %.1f mm off", off_mm)
             return float("inf")
         ssim = design.shape.measured.ssim
         logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)

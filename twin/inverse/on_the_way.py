@@ -14,6 +14,7 @@ errors, for a way out of the place where two shapes part. Height and tilt of the
 """
 
 import logging
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -35,6 +36,9 @@ PARTED_MM = 1.0
 WAYS = 4
 """Soft ways that are followed there: where two shapes part there is one that matters."""
 
+State = tuple[float, np.ndarray]
+"""An activation and a film's vertices there [mm], shape [n, 3]."""
+
 
 class OnTheWay:
     """What one design after the other pays for the softest place of its ramp."""
@@ -51,6 +55,8 @@ class OnTheWay:
         self._hot = world.activation
         self._cost = _Heights(world)
         self._parted: float | None = None
+        self.end_mm = np.empty(0)
+        """Where the ramp of the last design that `begin` was given ends [mm], shape [n, 3]."""
 
     def left_by(self, q: np.ndarray, design: Design) -> None:
         """Remember where on the ramp a film of alignment q parts from a design that it ends beside.
@@ -74,7 +80,9 @@ class OnTheWay:
             SolverError: if the film cannot be heated from flat.
         """
         q, world = design.q, self._world
-        vertices = self._softest(q) if self._parted is None else self._at_parting(q, self._parted)
+        states = world.states(q)
+        self.end_mm = states[-1][1]
+        vertices = self._softest(q, states) if self._parted is None else self._at_parting(q, states, self._parted)
         self._wanted_mm = np.zeros_like(vertices)
         self._wanted_mm[:, 2] = world.activation / self._hot * design.shape.vertices_mm[:, 2]
         if not world.linearise(q, vertices):
@@ -82,17 +90,17 @@ class OnTheWay:
         self._loss = ExpectedLoss(world, self._errors, self._cost, q, ways=WAYS)
         return vertices
 
-    def _at_parting(self, q: np.ndarray, activation: float) -> np.ndarray:
+    def _at_parting(self, q: np.ndarray, states: Sequence[State], activation: float) -> np.ndarray:
         """Return the film at an activation, from the state of its ramp before."""
-        before = [vertices for at, vertices in self._world.states(q) if at <= activation]
+        before = [vertices for at, vertices in states if at <= activation]
         self._world.activation = activation
         return self._world.balance(q, before[-1])
 
-    def _softest(self, q: np.ndarray) -> np.ndarray:
+    def _softest(self, q: np.ndarray, states: Sequence[State]) -> np.ndarray:
         """Go to where noise moves the film farthest, to first order."""
         world = self._world
         examples, found = self._errors.examples(q), []
-        for activation, near_mm in world.states(q):
+        for activation, near_mm in states:
             if not FIRST * self._hot <= activation <= LAST * self._hot:
                 continue
             world.activation = activation
