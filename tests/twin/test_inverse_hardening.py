@@ -13,8 +13,7 @@ from twin.batch import ProcessNoise
 from twin.film import FilmOptions
 from twin.inverse import basin
 from twin.inverse import world as world_module
-from twin.inverse.expected_loss import ExpectedLoss
-from twin.inverse.harden import NOISE_WEIGHT
+from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import FIRST, LAST, PARTED_MM
 from twin.inverse.options import InverseOptions
@@ -147,17 +146,15 @@ def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
 
 
 class StandIn:
-    """Ways of so many steps, each with its own p; a design's price is what `prices` says of p, or 0."""
+    """Ways of so many steps, each adding its number to the first one's p; what a design costs is `price` of its p."""
 
-    def __init__(self, steps, prices=None):
-        self.steps, self.prices, self.started, self.left = steps, prices or {}, [], []
+    def __init__(self, steps, price=lambda p: 0.0):
+        self.steps, self.started, self.left = steps, [], []
+        self.price = lambda one: price(one.p.flat[0])
 
     def harden(self, one, evaluations, progress):
         self.started.append(one)
         return [one, *(SimpleNamespace(**{**vars(one), "p": one.p + step}) for step in range(1, self.steps + 1))]
-
-    def price(self, one):
-        return self.prices.get(round(float(one.p.flat[0]) % 100.0, 3), 0.0)
 
     def left_by(self, q, one):
         self.left.append(one.p)
@@ -196,8 +193,7 @@ def test_where_the_own_film_leaves_the_cheapest_step_before_counts(opened, monke
     nowhere, gone = np.zeros(len(world.newton.shell.film.flat_mm)), np.full(len(world.newton.shell.film.flat_mm), 9.0)
     start = design.p.flat[0]
     monkeypatch.setattr(basin, "_left_mm", lambda _, one, q: gone if one.p.flat[0] - start > 8.5 else nowhere)
-    hardens = StandIn(10, {round(float(start + step) % 100.0, 3): abs(step - 4.0) for step in range(11)})
-    found = hardened_in_basin(opened, hardens, rounds=1)
+    found = hardened_in_basin(opened, StandIn(10, lambda p: abs(p - start - 4.0)), rounds=1)
     assert found.p.flat[0] - start == pytest.approx(4.0)
     # neither held nor let go
     np.testing.assert_array_equal(refinement.anchor.hold, before)

@@ -24,6 +24,9 @@ from twin.inverse.world import World
 
 logger = logging.getLogger(__name__)
 
+NOISE_WEIGHT = 2.0
+"""Weight of the expected loss beside what the film as intended costs: of films at the 10th percentile rather than of
+the mean."""
 WAYS = 12
 """Displacements that are followed: on faces these have 95 % of what noise costs."""
 STEP_MM, STEP_Q = 1e-4, 1e-5

@@ -21,7 +21,7 @@ import numpy as np
 
 from planner.errors import SolverError
 from twin.equilibrium import rigid_distance_mm
-from twin.inverse.expected_loss import ExpectedLoss
+from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import OnTheWay
 from twin.inverse.refine import Control, Design, Refinement
@@ -33,8 +33,6 @@ HEIGHTS, OUTLINE = 0.3, 2.0
 """Factors on the mismatch's rms^2 and outline^2/2 for the film as intended: windows see its rim before its heights."""
 NOISE_HEIGHTS, NOISE_OUTLINE = 0.15, 0.5
 """The same for what noise moves: so weighed, the loss is nearest to what noisy films really lose in similarity."""
-NOISE_WEIGHT = 2.0
-"""Weight of the expected loss: of films at the 10th percentile rather than of the mean."""
 WORST_DEVIATIONS, DRAWN = 2.0, 4
 """Standard deviations of the mix of errors that costs most, and number of random films, for the ramps."""
 LEFT_MM = 2.0
@@ -156,13 +154,10 @@ class Hardening:
                 pairs.append(pair)
             here, slope = trial, there
             way.append(here)
+        first = way[0]
         logger.info(
             "hardened: %.4f to %.4f, expected loss %.4f to %.4f, on the way %.4f to %.4f",
-            *(
-                figure
-                for name in ("value", "loss", "on_the_way")
-                for figure in (getattr(way[0], name), getattr(here, name))
-            ),
+            *(first.value, here.value, first.loss, here.loss, first.on_the_way, here.on_the_way),
         )
         return [design, *(self._refinement.design(each.p, each.vertices_mm, design.shape) for each in way[1:])]
 

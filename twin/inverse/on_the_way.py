@@ -20,7 +20,7 @@ import numpy as np
 
 from planner.errors import SolverError
 from twin.equilibrium import rigid_distance_mm
-from twin.inverse.expected_loss import ExpectedLoss
+from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.refine import Design
 from twin.inverse.world import World
@@ -43,15 +43,14 @@ State = tuple[float, np.ndarray]
 class OnTheWay:
     """What one design after the other pays for the softest place of its ramp."""
 
-    def __init__(self, world: World, errors: ProcessErrors, noise_weight: float) -> None:
+    def __init__(self, world: World, errors: ProcessErrors) -> None:
         """Prepare.
 
         Args:
             world: the film, for this use alone: its activation is changed.
             errors: of the process.
-            noise_weight: weight of the variance.
         """
-        self._world, self._errors, self._noise_weight = world, errors, noise_weight
+        self._world, self._errors = world, errors
         self._hot = world.activation
         self._cost = _Heights(world)
         self._parted: float | None = None
@@ -126,12 +125,12 @@ class OnTheWay:
         self._loss.at(q, vertices)
         off = vertices - self._wanted_mm
         self._by_vertices = self._cost.curve(off)
-        self.value = 0.5 * float((off * self._by_vertices).sum()) + self._noise_weight * self._loss.value
+        self.value = 0.5 * float((off * self._by_vertices).sum()) + NOISE_WEIGHT * self._loss.value
         return vertices
 
     def gradient(self) -> np.ndarray:
         """Return the gradient by the alignment, shape [layers, m, 2]."""
-        by_q, by_vertices = (self._noise_weight * part for part in self._loss.gradient())
+        by_q, by_vertices = (NOISE_WEIGHT * part for part in self._loss.gradient())
         return by_q + self._world.pull(self._by_vertices + by_vertices)
 
     def push(self, dq: np.ndarray) -> np.ndarray:

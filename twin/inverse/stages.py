@@ -19,7 +19,7 @@ from twin.inverse.anchor import STIFFENING, Anchor, carry_forms, forms_on_target
 from twin.inverse.at_target import FirstDesign, design_at_target
 from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, harden_in_basin, ramped
 from twin.inverse.field_control import FieldControl
-from twin.inverse.harden import NOISE_WEIGHT, Hardening
+from twin.inverse.harden import Hardening
 from twin.inverse.mismatch import Mismatch
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import OnTheWay
@@ -351,9 +351,7 @@ class Stages:
         """Make ready to harden the designs of a film."""
         film = world.newton.shell.film
         errors = ProcessErrors(film, self._options.noise, seed=self._options.seed)
-        on_the_way = OnTheWay(
-            World(film, Mismatch(self._target, film.triangles), self._options.heated), errors, NOISE_WEIGHT
-        )
+        on_the_way = OnTheWay(self._world(film.flat_mm, film.triangles, film.alignment), errors)
         try:
             yield Hardening(refinement, world, control, errors, on_the_way)
         finally:
