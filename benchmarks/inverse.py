@@ -1,7 +1,7 @@
 """Design a Program for every surface of a folder by the inverse method; print Markdown tables of what it reaches.
 
 python -m benchmarks inverse ../shared/targets [--only NAME ...] [--stack all|pairs] [--robust] [--budget-s S]
-    [--noise N] [--pictures DIR]
+    [--noise N] [--noise-mesh-mm MM] [--pictures DIR]
 
 Scores are those of the passes, heated from flat on the 0.6 mm mesh as `lce predict` does it; "ideal" is the smooth
 fields that the passes trace. "to 0.95" is the time after which a film of passes first scored it.
@@ -18,7 +18,7 @@ from benchmarks.machine import describe_machine
 from planner.target import Target, load_target
 from scenes.pictures import draw_design, draw_search
 from scenes.prediction import PAPER_SSIM
-from scenes.robustness import score_noisy_films
+from scenes.robustness import MESH_MM, score_noisy_films
 from twin.batch import ProcessNoise
 from twin.inverse import InverseDesign, InverseOptions, design_inverse
 
@@ -55,8 +55,8 @@ def row(label: str, made: InverseDesign, wall_s: float) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def noise_row(label: str, made: InverseDesign, target: Target, count: int) -> str:
-    found = score_noisy_films(made.program, target, InverseOptions().heated, ProcessNoise(), count)
+def noise_row(label: str, made: InverseDesign, target: Target, count: int, mesh_mm: float) -> str:
+    found = score_noisy_films(made.program, target, InverseOptions().heated, ProcessNoise(), count, mesh_mm=mesh_mm)
     ssim = np.percentile([score.ssim_eq4 for score in found.scores], (10, 50, 90))
     rms = np.percentile([score.rms_mm for score in found.scores], 90)
     return f"| {label} | {found.planned.ssim_eq4:.3f} | " + " | ".join(f"{v:.3f}" for v in ssim) + f" | {rms:.2f} |"
@@ -70,6 +70,7 @@ def main() -> None:
     parser.add_argument("--robust", action="store_true")
     parser.add_argument("--budget-s", type=float)
     parser.add_argument("--noise", type=int, default=0)
+    parser.add_argument("--noise-mesh-mm", type=float, default=MESH_MM)
     parser.add_argument("--pictures", type=Path)
     options = parser.parse_args()
     warm_up("cpu")
@@ -94,11 +95,12 @@ def main() -> None:
             picture = options.pictures / f"{path.stem}-search.png"
             draw_search(picture, made.history, made.score, title=path.stem, paper_ssim=PAPER_SSIM)
         if options.noise:
-            noisy.append(noise_row(path.stem, made, target, options.noise))
+            noisy.append(noise_row(path.stem, made, target, options.noise, options.noise_mesh_mm))
     for title, lines in (("Limits:", limits), ("Score over time:", curves)):
         print(f"\n{title}\n", *lines, sep="\n")
     if noisy:
-        print(f"\n{options.noise} noisy films each:\n", NOISE_HEADER, "|---" * 6 + "|", *noisy, sep="\n")
+        title = f"\n{options.noise} noisy films each, mesh of {options.noise_mesh_mm:g} mm:\n"
+        print(title, NOISE_HEADER, "|---" * 6 + "|", *noisy, sep="\n")
     print("", *(f"- {sentence}" for sentence in describe_machine()), sep="\n")
 
 

@@ -211,6 +211,7 @@ def run_predict(
             seeds=solver.seeds,
             noisy_films=noise.noise,
             noise=process_noise,
+            noise_mesh_mm=noise.noise_mesh_mm,
             calibration_draws=calibration_draws,
             plan_figures=plans_figures(program, loaded.digest),
             source=program,

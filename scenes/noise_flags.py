@@ -26,8 +26,8 @@ class NoiseFlags:
     noise: Annotated[
         int,
         Parameter(
-            help="Heat this many films, each with errors of the process of its own, on a mesh of 1.2 mm, and tell how "
-            "their scores spread; 32 are a good number. Default: none.",
+            help="Heat this many films, each with errors of the process of its own, and tell how their scores spread; "
+            "32 are a good number. Default: none.",
             validator=Number(gte=0, lte=1000),
         ),
     ] = 0
@@ -46,6 +46,14 @@ class NoiseFlags:
     noise_registration_mm: Annotated[
         float, Parameter(help="Shift of each layer along x, and along y [mm] (standard deviation).")
     ] = 0.2
+    noise_mesh_mm: Annotated[
+        float,
+        Parameter(
+            help="Edge of those films' triangles [mm], unless --mesh-mm is longer: shorter ones take longer and tell "
+            "what a score without noise tells.",
+            validator=Number(gte=0.05, lte=5.0),
+        ),
+    ] = 1.2
 
     def process_noise(self) -> ProcessNoise:
         """Return the noise.

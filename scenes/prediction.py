@@ -34,6 +34,7 @@ from scenes.pictures import (
     draw_target,
 )
 from scenes.report import ReportContents, write_report
+from scenes.robustness import MESH_MM as NOISE_MESH_MM
 from scenes.robustness import Robustness, robustness_summary, score_noisy_films
 from twin.batch import ProcessNoise
 from twin.bending import bending_radius_mm
@@ -70,6 +71,7 @@ def predict_into(
     seeds: int = 1,
     noisy_films: int = 0,
     noise: ProcessNoise | None = None,
+    noise_mesh_mm: float = NOISE_MESH_MM,
     calibration_draws: int = 0,
     plan_figures: dict[str, Any] | None = None,
     source: str | Path = "PLAN",
@@ -91,6 +93,7 @@ def predict_into(
             shown side by side.
         noisy_films: score so many films with errors of the process, too; needs a target.
         noise: these errors; None: the defaults.
+        noise_mesh_mm: edge of those films' triangles, unless that of the options is longer.
         calibration_draws: score so many films of maps that the calibration's strips leave possible, too, where there
             is a target and the calibration says how uncertain it is.
         plan_figures: the content of the plan's plan.json, which knows what was clamped and noted; None: unknown.
@@ -119,7 +122,13 @@ def predict_into(
         robustness = None
         if target is not None and noisy_films:
             robustness = score_noisy_films(
-                program, target, options, noise or ProcessNoise(), noisy_films, progress=progress
+                program,
+                target,
+                options,
+                noise or ProcessNoise(),
+                noisy_films,
+                mesh_mm=noise_mesh_mm,
+                progress=progress,
             )
         band = None
         if target is not None and calibration_draws and program.calibration.uncertainty is not None:

@@ -15,7 +15,8 @@ from twin.predict import PredictOptions
 from twin.score import Score, score_surface
 
 MESH_MM = 1.2
-"""Least edge of the films' triangles: many films in the time of one, see the score without noise for what it costs."""
+"""Edge of the films' triangles where none is asked for: many films in the time of one, see the score without noise for
+what it costs."""
 PERCENTILES = (10, 50, 90)
 
 
@@ -38,6 +39,7 @@ def score_noisy_films(
     noise: ProcessNoise,
     count: int,
     *,
+    mesh_mm: float = MESH_MM,
     progress: Callable[[str, float], None] | None = None,
 ) -> Robustness:
     """Heat and score films that differ by the noise of the process.
@@ -45,17 +47,18 @@ def score_noisy_films(
     Args:
         program: what is scratched.
         target: what to score against.
-        options: settings of the twin, its seed also that of the noise; the mesh is coarsened to `MESH_MM`, and of
-            several temperatures only the highest counts.
+        options: settings of the twin, its seed also that of the noise; of several temperatures only the highest
+            counts.
         noise: standard deviations.
         count: number of noisy films.
+        mesh_mm: edge of the films' triangles, unless that of the options is longer.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
         InputError: for noise out of range, or that does not fit the film.
         SolverError: if a film finds no equilibrium.
     """
-    mesh_mm = max(MESH_MM, options.film.mesh_mm)
+    mesh_mm = max(mesh_mm, options.film.mesh_mm)
     coarse = replace(
         options,
         film=replace(options.film, mesh_mm=mesh_mm),
