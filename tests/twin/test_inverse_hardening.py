@@ -1,5 +1,7 @@
 """The expected loss of a design to noise, and designs that lose less."""
 
+import itertools
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -15,7 +17,7 @@ from twin.inverse import basin
 from twin.inverse import world as world_module
 from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
-from twin.inverse.on_the_way import FIRST, LAST, PARTED_MM
+from twin.inverse.on_the_way import PLACES, WEIGHT_PER_MM2
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Search
 from twin.inverse.stages import Stages
@@ -39,7 +41,7 @@ def opened(stages, field):
     """World, control, refinement, hardening and design of the coarse field, with the plate under it."""
     control = stages._control(field.triangles, len(field.flat_mm))
     world = stages._world(field.flat_mm, field.triangles, control.q(field.u))
-    refinement = stages._refinement(world, control, field.forms, field.hold, field.weight_per_mm3)
+    refinement = stages._refinement(world, control, field.forms, field.weight_per_mm3, 1.0)
     with stages._hardening(refinement, world, control) as hardening:
         yield world, control, refinement, hardening, refinement.design(field.u, field.vertices_mm)
     world.newton.close()
@@ -87,23 +89,29 @@ def test_the_gradient_of_the_expected_loss_is_that_of_differences(opened, monkey
     assert float((gradient * dq).sum()) == pytest.approx(difference(1e-5), rel=1e-3)
 
 
-def test_the_softest_place_of_the_ramp_is_on_it_and_its_gradient_is_that_of_differences(opened, monkeypatch):
+def test_the_way_up_is_on_the_ramp_and_its_gradient_is_that_of_differences(opened, monkeypatch):
     _, control, _, hardening, design = opened
     on_the_way = hardening._on_the_way
-    world = on_the_way._world
-    vertices = on_the_way.begin(design)
-    assert FIRST <= world.activation <= LAST
-    own = on_the_way.at(design.q, vertices)
-    np.testing.assert_allclose(own, vertices, atol=1e-4)
-    # lower than hot, but risen: not on a branch of its own
-    assert 0.1 < np.ptp(own[:, 2]) / np.ptp(design.shape.vertices_mm[:, 2]) < 1.0
+    films = on_the_way.begin(design)
+    states = on_the_way._worlds[0].states(design.q)
+    np.testing.assert_allclose(on_the_way.end_mm, states[-1][1])
+    hot = states[-1][0]
+    for share, world, film in zip(PLACES, on_the_way._worlds, films, strict=True):
+        assert world.activation == pytest.approx(share * hot)
+        # lower than hot, but risen between its neighbours on the ramp: not on a branch of its own
+        depth = {at: np.ptp(vertices[:, 2]) for at, vertices in states}
+        before = max(at for at in depth if at <= world.activation)
+        after = min(at for at in depth if at >= world.activation)
+        assert depth[before] - 0.05 < np.ptp(film[:, 2]) < depth[after] + 0.05
+    own = on_the_way.at(design.q, films)
+    np.testing.assert_allclose(own, films, atol=1e-4)
     assert on_the_way.value > 0.0
     gradient = on_the_way.gradient()
     du = control.precondition(np.random.default_rng(1).normal(size=design.p.shape))
     dq = control.push(design.p, du / np.abs(du).max())
 
     def value(step):
-        on_the_way.at(design.q + step * dq, vertices)
+        on_the_way.at(design.q + step * dq, films)
         return on_the_way.value
 
     monkeypatch.setattr(world_module, "TOLERANCE", 1e-11)
@@ -111,18 +119,27 @@ def test_the_softest_place_of_the_ramp_is_on_it_and_its_gradient_is_that_of_diff
     assert float((gradient * dq).sum()) == pytest.approx(difference, rel=1e-3)
 
 
-def test_where_a_film_parts_from_a_design_is_remembered(opened, monkeypatch):
+def test_the_way_up_costs_what_heights_and_their_variance_do(opened):
+    """By the covariance of the process's examples, all ways of them."""
     _, _, _, hardening, design = opened
     on_the_way = hardening._on_the_way
-    softest = on_the_way.begin(design)
-    monkeypatch.setattr(on_the_way, "_parted", None)
-    on_the_way.left_by(1.01 * design.q, design)
-    np.testing.assert_array_equal(on_the_way.begin(design), softest)
-    # as good as a flat film: it parts as soon as the design has risen
-    on_the_way.left_by(0.01 * design.q, design)
-    vertices = on_the_way.begin(design)
-    assert on_the_way._world.activation == on_the_way._parted
-    assert PARTED_MM < np.ptp(vertices[:, 2]) < 0.9 * np.ptp(softest[:, 2])
+    films = on_the_way.begin(design)
+    on_the_way.at(design.q, films)
+    expected = 0.0
+    for share, world, film in zip(PLACES, on_the_way._worlds, films, strict=True):
+        area = world.vertex_share[:, 0]
+        plane = np.column_stack((np.ones(len(film)), world.newton.shell.film.flat_mm))
+
+        def mean_square(height_mm, area=area, plane=plane):
+            root = np.sqrt(area)
+            fitted = plane @ np.linalg.lstsq(root[:, None] * plane, root * height_mm, rcond=None)[0]
+            return float((area * (height_mm - fitted) ** 2).sum())
+
+        expected += mean_square(film[:, 2] - share * design.vertices_mm[:, 2])
+        changes = hardening._errors.examples(design.q)
+        expected += NOISE_WEIGHT * sum(mean_square(world.push(change)[:, 2]) for change in changes)
+    # a few ways, and the examples' finite number of random directions
+    assert on_the_way.value == pytest.approx(0.5 * WEIGHT_PER_MM2 * expected, rel=0.15)
 
 
 def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
@@ -136,8 +153,9 @@ def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
         return loss.value
 
     way = hardening.harden(design, 12, told.append)
-    assert way[0] is design
-    hardened = way[-1]
+    np.testing.assert_array_equal(way[0].p, design.p)
+    assert all(after.value < before.value for before, after in itertools.pairwise(way))
+    hardened = hardening.measured(way[-1], design)
     assert told[-1] == 1.0
     before, after = loss_of(design), loss_of(hardened)
     assert after < 0.8 * before
@@ -149,39 +167,38 @@ class StandIn:
     """Ways of so many steps, each adding its number to the first one's p; what a design costs is `price` of its p."""
 
     def __init__(self, steps, price=lambda p: 0.0):
-        self.steps, self.started, self.left = steps, [], []
+        self.steps, self.started, self.tested = steps, [], []
         self.price = lambda one: price(one.p.flat[0])
 
     def harden(self, one, evaluations, progress):
         self.started.append(one)
         return [one, *(SimpleNamespace(**{**vars(one), "p": one.p + step}) for step in range(1, self.steps + 1))]
 
-    def left_by(self, q, one):
-        self.left.append(one.p)
+    def measured(self, point, near):
+        return point
 
     def noisy(self, one, number):
+        self.tested.append(number)
         return [one.q]
 
 
-def test_noisy_films_that_leave_are_held_there_and_the_anchor_is_let_go_after_a_round_without(opened, monkeypatch):
+def test_noisy_films_that_leave_make_the_way_up_dearer_and_the_anchor_is_let_go_after_a_test_without(
+    opened, monkeypatch
+):
     world, _, refinement, _, design = opened
-    film = world.newton.shell.film
-    nowhere = np.zeros(len(film.flat_mm))
-    corner = 3.0 * (np.linalg.norm(film.flat_mm - film.flat_mm[0], axis=1) < 2.0)
-    before, weight = refinement.anchor.hold, refinement.weight_per_mm3
-    # each round asks for the design's own film, then for a noisy one: none leaves, a noisy one, again a noisy one
-    ends = iter([nowhere, nowhere, nowhere, corner, nowhere, corner])
+    nowhere, corner = np.zeros(len(world.newton.shell.film.flat_mm)), np.zeros(len(world.newton.shell.film.flat_mm))
+    corner[0] = 3.0
+    weight = refinement.weight_per_mm3
+    ends = iter([nowhere, corner, corner])
     monkeypatch.setattr(basin, "_left_mm", lambda *_: next(ends))
+    monkeypatch.setattr(basin, "TESTED_EVERY", 1)
     refinement.weight_per_mm3 = 9e-3
     hardens = StandIn(1)
     found = hardened_in_basin(opened, hardens, rounds=3)
-    raised, refinement.anchor.hold = refinement.anchor.hold / before, before
+    raised, refinement.way_weight = refinement.way_weight, 1.0
     lowered, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
-    far = np.linalg.norm(film.flat_mm[film.triangles].mean(axis=1) - film.flat_mm[0], axis=1) > 12.0
-    assert raised.max() == pytest.approx(basin.HELD**2, rel=0.1)
-    assert raised[far].max() < 1.01
+    assert raised == pytest.approx(basin.INSISTENCE**2)
     assert lowered == pytest.approx(3e-3)
-    assert len(hardens.left) == 2
     moved = [one.p[0, 0, 0] - design.p[0, 0, 0] for one in (*hardens.started, found)]
     # of equal prices the one that no film left
     np.testing.assert_allclose(moved, [0.0, 1.0, 2.0, 1.0])
@@ -189,14 +206,16 @@ def test_noisy_films_that_leave_are_held_there_and_the_anchor_is_let_go_after_a_
 
 def test_where_the_own_film_leaves_the_cheapest_step_before_counts(opened, monkeypatch):
     world, _, refinement, _, design = opened
-    before, weight = refinement.anchor.hold, refinement.weight_per_mm3
+    weight = refinement.weight_per_mm3
     nowhere, gone = np.zeros(len(world.newton.shell.film.flat_mm)), np.full(len(world.newton.shell.film.flat_mm), 9.0)
     start = design.p.flat[0]
     monkeypatch.setattr(basin, "_left_mm", lambda _, one, q: gone if one.p.flat[0] - start > 8.5 else nowhere)
-    found = hardened_in_basin(opened, StandIn(10, lambda p: abs(p - start - 4.0)), rounds=1)
+    hardens = StandIn(10, lambda p: abs(p - start - 4.0) if p - start < 8.5 else np.inf)
+    found = hardened_in_basin(opened, hardens, rounds=1)
+    assert not hardens.tested
     assert found.p.flat[0] - start == pytest.approx(4.0)
-    # neither held nor let go
-    np.testing.assert_array_equal(refinement.anchor.hold, before)
+    # neither insisted nor let go
+    assert refinement.way_weight == 1.0
     assert refinement.weight_per_mm3 == weight
 
 
@@ -204,7 +223,7 @@ def test_where_no_step_lands_the_whole_anchor_gets_more(opened, monkeypatch):
     world, _, refinement, _, design = opened
     weight, gone = refinement.weight_per_mm3, np.full(len(world.newton.shell.film.flat_mm), 9.0)
     monkeypatch.setattr(basin, "_left_mm", lambda *_: gone)
-    found = hardened_in_basin(opened, StandIn(2), rounds=1)
+    found = hardened_in_basin(opened, StandIn(2, lambda p: np.inf), rounds=1)
     raised, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
     assert found is design
     assert raised == pytest.approx(basin.FACTOR * weight)
@@ -242,14 +261,27 @@ def test_a_design_that_cannot_be_heated_or_ends_elsewhere_has_no_price(opened, m
 
     price = hardening.price(design)
     assert 0.0 < price < 1.0
-    world = hardening._on_the_way._world
+    world = hardening._on_the_way._worlds[0]
     states = world.states(design.q)
     snapped = states[-1][0], -states[-1][1]
     with monkeypatch.context() as patched:
+        patched.setattr(world, "states", fails)
+        # one that is known already is not heated again
+        assert hardening.price(design) == price
         patched.setattr(world, "states", lambda q: [*states[:-1], snapped])
-        assert np.isinf(hardening.price(design))
+        assert np.isinf(hardening.price(replace(design)))
     monkeypatch.setattr(world, "states", fails)
-    assert np.isinf(hardening.price(design))
+    assert np.isinf(hardening.price(replace(design)))
+
+
+def test_noisy_films_are_heated_in_every_fourth_round_and_the_last(opened, monkeypatch):
+    world, _, refinement, _, _ = opened
+    nowhere = np.zeros(len(world.newton.shell.film.flat_mm))
+    monkeypatch.setattr(basin, "_left_mm", lambda *_: nowhere)
+    weight, hardens = refinement.weight_per_mm3, StandIn(1)
+    hardened_in_basin(opened, hardens, rounds=6)
+    refinement.weight_per_mm3 = weight
+    assert hardens.tested == [3, 5]
 
 
 def test_a_round_without_a_step_is_no_film_that_leaves(opened, monkeypatch):

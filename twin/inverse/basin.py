@@ -2,9 +2,9 @@
 
 import logging
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
-from scipy.spatial import KDTree
 
 from planner.errors import SolverError
 from twin.equilibrium import moved_onto, rigid_distance_mm
@@ -20,20 +20,36 @@ WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 """Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
 FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
+WEAKEST_PER_MM3 = 3e-4
+"""Least weight of the anchor in hardening, where the way up the ramp holds a film as well."""
 LEAVING_COSTS = 0.1
 """Added to a design's price if all films leave it: for the choice among a search's designs."""
+TESTED_EVERY = 4
+"""Rounds between those that heat noisy films."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
-LEAVING_SHARE = 0.6
-"""A film that has left did so where it is off by more than this share of the most."""
-HELD, HELD_LENGTH_MM = 4.0, 3.0
-"""Factor on the anchor where a film has left, and how far around."""
+INSISTENCE = 2.0
+"""Factor on what the way up the ramp costs, after a round with films that left."""
 PARTS = 4
 """Of the steps that land, those that are compared where a later one does not: the last ones stand near a snap."""
 FAILURES = 4
 """Ramps that may end elsewhere before a search is given up."""
 SETTLED = 0.003
 """Relative gain of one step below which a design has settled."""
+
+
+class Meant(Protocol):
+    """A film as it is meant to be."""
+
+    @property
+    def q(self) -> np.ndarray:
+        """Alignment of the triangles, shape [layers, m, 2]."""
+        ...
+
+    @property
+    def vertices_mm(self) -> np.ndarray:
+        """Its equilibrium [mm], shape [n, 3]."""
+        ...
 
 
 def descend(refinement: Refinement, design: Design, *, steps: int, go_on: Callable[[Design], bool]) -> Design:
@@ -133,9 +149,9 @@ def harden_in_basin(
 ) -> Design:
     """Harden a design in rounds, so that it and noisy films keep its shape when heated from flat.
 
-    Where a noisy film ends in another shape, the anchor gets more weight there; where the design's own film does, the
-    next round starts from the best of the steps before. After a round without, the whole anchor gets less. Of the
-    designs that keep their shape the cheapest counts, films that leave it added; without any it is the first.
+    Where a noisy film ends in another shape, the way up the ramp gets more weight; where the design's own film does,
+    the next round starts from the best of the steps before. After a test that no film fails the anchor gets less. Of
+    the designs that keep their shape the cheapest counts, films that leave it added; without any it is the first.
 
     Args:
         refinement: the design's, with the anchor that hardening uses as well.
@@ -147,52 +163,50 @@ def harden_in_basin(
         go_on: called with each new design; False ends the search.
         progress: called with the share done, 0 to 1.
     """
-    film = world.newton.shell.film
-    centre_mm = film.flat_mm[film.triangles].mean(axis=1)
     best: tuple[float, Design] | None = None
     for number in range(rounds):
         try:
             way = hardening.harden(
                 design, evaluations, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
             )
-            landed = _landed(world, way)
-            lost = landed < len(way) - 1
+            landed = len(way) - 1
+            reached = hardening.measured(way[landed], design) if landed > 0 else design
+            price = hardening.price(reached)
+            lost = landed > 0 and np.isinf(price)
             if lost:
-                hardening.left_by(way[landed + 1].q, way[landed])
-            steps = sorted({landed * part // PARTS for part in range(PARTS + 1)}) if lost else [landed]
-            prices = {step: hardening.price(way[step]) for step in steps if step > 0}
-            # a step between those that were heated need not land
-            landed = min((step for step in prices if np.isfinite(prices[step])), key=prices.__getitem__, default=0)
-            design = way[landed]
-            films = [] if lost else hardening.noisy(design, number)
+                last, found = _landed(world, way), []
+                for step in sorted({last * part // PARTS for part in range(1, PARTS + 1)} - {0}):
+                    trial = hardening.measured(way[step], design)
+                    found.append((hardening.price(trial), step, trial))
+                # a step between those that were heated need not land
+                landing = [each for each in found if np.isfinite(each[0])]
+                price, landed, reached = min(landing, key=lambda each: each[0], default=(price, 0, design))
+            design = reached
+            tested = not lost and (number % TESTED_EVERY == TESTED_EVERY - 1 or number == rounds - 1)
+            films = hardening.noisy(design, number) if tested else []
             left = [_left_mm(world, design, q) for q in films]
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
         more = go_on(design)
-        leaving = [off_mm[film.triangles].mean(axis=1) for off_mm in left if off_mm.max() > LEFT_MM]
-        logger.info(
-            "goes on from step %d of %d, %d of %d films leave it", landed, len(way) - 1, len(leaving), len(left)
-        )
+        leaving = sum(off_mm.max() > LEFT_MM for off_mm in left)
+        logger.info("goes on from step %d of %d, %d of %d films leave it", landed, len(way) - 1, leaving, len(left))
         if landed > 0:
-            cost = prices[landed] + LEAVING_COSTS * (1.0 if lost else len(leaving) / len(left))
+            cost = price + LEAVING_COSTS * (leaving / len(left) if left else 1.0)
             if best is None or cost <= best[0]:
                 best = cost, design
         if leaving:
-            hardening.left_by(films[int(np.argmax([off_mm.max() for off_mm in left]))], design)
-            there = centre_mm[np.any([off_mm >= LEAVING_SHARE * off_mm.max() for off_mm in leaving], axis=0)]
-            near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
-            refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
-        elif not lost:
-            refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEIGHTS_PER_MM3[-1])
-        elif landed == 0:
+            refinement.way_weight *= INSISTENCE
+        elif tested:
+            refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEAKEST_PER_MM3)
+        elif lost and landed == 0:
             refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
         if not more:
             break
     return design if best is None else best[1]
 
 
-def _landed(world: World, way: Sequence[Design]) -> int:
+def _landed(world: World, way: Sequence[Meant]) -> int:
     """Return the last step of a way whose film keeps its shape.
 
     The first step is taken to land. Steps between one that lands and one that does not are halved, no more: a film that
@@ -209,16 +223,16 @@ def _landed(world: World, way: Sequence[Design]) -> int:
     return low
 
 
-def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
-    """Return how far each vertex of a film ends from where the design's answer to its errors puts it, shape [n].
+def _left_mm(world: World, meant: Meant, q: np.ndarray) -> np.ndarray:
+    """Return how far each vertex of a film ends from where a design's answer to its errors puts it, shape [n].
 
     Infinitely far where the film cannot be heated.
     """
     try:
-        if not world.linearise(design.q, design.shape.vertices_mm):
+        if not world.linearise(meant.q, meant.vertices_mm):
             raise SolverError("the design's equilibrium is not stable.")
-        meant = design.shape.vertices_mm + world.push(q - design.q)
-        return np.linalg.norm(moved_onto(world.ramp(q), meant) - meant, axis=1)
+        answer_mm = meant.vertices_mm + world.push(q - meant.q)
+        return np.linalg.norm(moved_onto(world.ramp(q), answer_mm) - answer_mm, axis=1)
     except SolverError as error:
         logger.info("a film beside the design: %s", error)
-        return np.full(len(design.shape.vertices_mm), np.inf)
+        return np.full(len(meant.vertices_mm), np.inf)

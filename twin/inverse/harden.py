@@ -2,7 +2,7 @@
 
 Minimised is, over the design variables p,
 
-    mismatch(x) + NOISE_WEIGHT L(q) + P(q) + weight T(q) + penalty(p),
+    mismatch(x) + NOISE_WEIGHT L(q) + way weight P(q) + weight T(q) + penalty(p),
 
 with the expected loss L of `twin.inverse.expected_loss`, the anchor's T, and P of `twin.inverse.on_the_way`. The
 mismatch is its quadratic model at the design that one starts from: counting pixels and windows anew at each step would
@@ -48,11 +48,16 @@ ENOUGH = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Point:
+class Point:
+    """A design that has not been measured: a step of a descent."""
+
     p: np.ndarray
     q: np.ndarray
+    """Alignment of the triangles, shape [layers, m, 2]."""
     vertices_mm: np.ndarray
+    """Its equilibrium [mm], shape [n, 3]."""
     way_mm: np.ndarray
+    """Its films on the ramp [mm], shape [places, n, 3]."""
     value: float
     loss: float
     on_the_way: float
@@ -77,9 +82,13 @@ class Hardening:
         """
         self._refinement, self._world, self._control, self._errors = refinement, world, control, errors
         self._on_the_way = on_the_way
+        self._pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
 
-    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Design]:
-        """Return designs of ever less value, from the start on, after about so many evaluations.
+    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Point]:
+        """Return points of ever less value, from the design on, after about so many evaluations.
+
+        The curvature that was met on the way is kept for the next design: what is minimised changes little from one to
+        the other.
 
         Args:
             design: where to start.
@@ -93,10 +102,11 @@ class Hardening:
         model, start = design.shape.measured.model, design.shape.vertices_mm
         intended = model.weighed(heights=HEIGHTS, outline=OUTLINE)
         loss = self._loss(design)
-        anchor, weight = self._refinement.anchor, self._refinement.weight_per_mm3
+        refinement = self._refinement
+        anchor, weight, way_weight = refinement.anchor, refinement.weight_per_mm3, refinement.way_weight
         slope_there = intended.gradient()
 
-        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> _Point:
+        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> Point:
             q = self._control.q(p)
             vertices = self._world.balance(q, near_mm)
             self._linearise(q, vertices)
@@ -106,33 +116,32 @@ class Hardening:
             mismatch = float((moved * (slope_there + 0.5 * intended.curve(moved))).sum())
             energy, by_anchor = anchor.value(q)
             held = weight * energy + self._control.penalty(p)[0]
-            return _Point(
+            return Point(
                 p=p,
                 q=q,
                 vertices_mm=vertices,
                 way_mm=way_mm,
-                value=mismatch + NOISE_WEIGHT * loss.value + on_the_way.value + held,
+                value=mismatch + NOISE_WEIGHT * loss.value + way_weight * on_the_way.value + held,
                 loss=loss.value,
                 on_the_way=on_the_way.value,
                 by_anchor=by_anchor,
             )
 
-        def gradient(here: _Point) -> np.ndarray:
+        def gradient(here: Point) -> np.ndarray:
             """Of the point that was evaluated last."""
             by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
             by_vertices += slope_there + intended.curve(here.vertices_mm - start)
-            by_q += self._world.pull(by_vertices) + on_the_way.gradient() + weight * here.by_anchor
+            by_q += self._world.pull(by_vertices) + way_weight * on_the_way.gradient() + weight * here.by_anchor
             return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
 
         here = point(design.p, start, on_the_way.begin(design))
         way, slope = [here], gradient(here)
-        pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
-        left = evaluations
+        pairs, left = self._pairs, evaluations
         while left > 0:
             direction = -self._inverse_curvature(slope, pairs)
             turn = self._control.push(here.p, direction)
             move, way_move = self._world.push(turn), on_the_way.push(turn)
-            longest = max(float(np.linalg.norm(each, axis=1).max()) for each in (move, way_move))
+            longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (move, way_move))
             length = min(1.0, (LONGEST_MOVE_MM if pairs else FIRST_MOVE_MM) / max(longest, 1e-300))
             for _ in range(TRIALS):
                 left -= 1
@@ -147,7 +156,11 @@ class Hardening:
                     logger.info("trial: %s", error)
                 length *= SHORTER
             else:
-                break
+                if not pairs:
+                    break
+                pairs.clear()
+                here = point(here.p, here.vertices_mm, here.way_mm)
+                continue
             there = gradient(trial)
             pair = trial.p - here.p, there - slope
             if float((pair[0] * pair[1]).sum()) > 0.0:
@@ -159,7 +172,11 @@ class Hardening:
             "hardened: %.4f to %.4f, expected loss %.4f to %.4f, on the way %.4f to %.4f",
             *(first.value, here.value, first.loss, here.loss, first.on_the_way, here.on_the_way),
         )
-        return [design, *(self._refinement.design(each.p, each.vertices_mm, design.shape) for each in way[1:])]
+        return way
+
+    def measured(self, point: Point, near: Design) -> Design:
+        """Return the design of a point, registered from another design near it."""
+        return self._refinement.design(point.p, point.vertices_mm, near.shape)
 
     def price(self, design: Design) -> float:
         """Return what a design costs with noise: dissimilarity, expected loss, and what its way up the ramp does.
@@ -181,13 +198,6 @@ class Hardening:
         ssim = design.shape.measured.ssim
         logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)
         return 1.0 - ssim + NOISE_WEIGHT * loss.value + on_the_way.value
-
-    def left_by(self, q: np.ndarray, design: Design) -> None:
-        """Keep designs from where a film of alignment q parts from a design on its way up the ramp."""
-        try:
-            self._on_the_way.left_by(q, design)
-        except SolverError as error:
-            logger.info("a film that left: %s", error)
 
     def noisy(self, design: Design, number: int) -> list[np.ndarray]:
         """Return the alignment of films beside a design that should keep its shape, other ones for each number.

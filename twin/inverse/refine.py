@@ -70,11 +70,18 @@ class Design:
     value: float
     """What is minimised."""
 
+    @property
+    def vertices_mm(self) -> np.ndarray:
+        """Its equilibrium [mm], shape [n, 3]."""
+        return self.shape.vertices_mm
+
 
 class Refinement:
     """Minimises over the design variables; every trial is an equilibrium."""
 
-    def __init__(self, world: World, control: Control, anchor: Anchor, *, weight_per_mm3: float) -> None:
+    def __init__(
+        self, world: World, control: Control, anchor: Anchor, *, weight_per_mm3: float, way_weight: float = 1.0
+    ) -> None:
         """Prepare.
 
         Args:
@@ -82,9 +89,10 @@ class Refinement:
             control: the design variables.
             anchor: what ties the design to the target beside its shape.
             weight_per_mm3: the anchor's weight.
+            way_weight: factor on what a film costs on its way up the ramp, where that counts.
         """
         self._world, self._control, self.anchor = world, control, anchor
-        self.weight_per_mm3 = weight_per_mm3
+        self.weight_per_mm3, self.way_weight = weight_per_mm3, way_weight
         self._damping = 1.0
 
     def design(self, p: np.ndarray, start_mm: np.ndarray, near: Shape | None = None) -> Design:
