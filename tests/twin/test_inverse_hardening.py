@@ -164,15 +164,22 @@ def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
 
 
 class StandIn:
-    """Ways of so many steps, each adding its number to the first one's p; what a design costs is `price` of its p."""
+    """Ways of so many steps, each adding its number to the first one's p; what a design costs is `price` of its p.
 
-    def __init__(self, steps, price=lambda p: 0.0):
-        self.steps, self.started, self.tested = steps, [], []
+    Each step lowers the value by a share, `gain`.
+    """
+
+    def __init__(self, steps, price=lambda p: 0.0, gain=0.1):
+        self.steps, self.gain, self.started, self.tested = steps, gain, [], []
         self.price = lambda one: price(one.p.flat[0])
 
     def harden(self, one, evaluations, progress):
         self.started.append(one)
-        return [one, *(SimpleNamespace(**{**vars(one), "p": one.p + step}) for step in range(1, self.steps + 1))]
+        way = [one]
+        for step in range(1, self.steps + 1):
+            value = (1.0 - self.gain) * way[-1].value
+            way.append(SimpleNamespace(**{**vars(one), "p": one.p + step, "value": value}))
+        return way
 
     def measured(self, point, near):
         return point
@@ -282,6 +289,18 @@ def test_noisy_films_are_heated_in_every_fourth_round_and_the_last(opened, monke
     hardened_in_basin(opened, hardens, rounds=6)
     refinement.weight_per_mm3 = weight
     assert hardens.tested == [3, 5]
+
+
+def test_settled_designs_are_tested_and_under_the_least_weight_the_search_ends(opened, monkeypatch):
+    world, _, refinement, _, design = opened
+    nowhere = np.zeros(len(world.newton.shell.film.flat_mm))
+    monkeypatch.setattr(basin, "_left_mm", lambda *_: nowhere)
+    weight, refinement.weight_per_mm3 = refinement.weight_per_mm3, 2.0 * basin.WEAKEST_PER_MM3
+    hardens = StandIn(1, gain=0.5 * basin.ROUND_SETTLED)
+    found = hardened_in_basin(opened, hardens, rounds=6)
+    refinement.weight_per_mm3 = weight
+    assert hardens.tested == [0, 1]
+    assert found.p.flat[0] - design.p.flat[0] == pytest.approx(2.0)
 
 
 def test_a_round_without_a_step_is_no_film_that_leaves(opened, monkeypatch):

@@ -24,8 +24,10 @@ WEAKEST_PER_MM3 = 3e-4
 """Least weight of the anchor in hardening, where the way up the ramp holds a film as well."""
 LEAVING_COSTS = 0.1
 """Added to a design's price if all films leave it: for the choice among a search's designs."""
+ROUND_SETTLED = 0.02
+"""Relative gain of one round of hardening below which its design has settled."""
 TESTED_EVERY = 4
-"""Rounds between those that heat noisy films."""
+"""Rounds after which noisy films are heated, settled or not."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
 INSISTENCE = 2.0
@@ -164,6 +166,7 @@ def harden_in_basin(
         progress: called with the share done, 0 to 1.
     """
     best: tuple[float, Design] | None = None
+    start = design
     for number in range(rounds):
         try:
             way = hardening.harden(
@@ -182,7 +185,8 @@ def harden_in_basin(
                 landing = [each for each in found if np.isfinite(each[0])]
                 price, landed, reached = min(landing, key=lambda each: each[0], default=(price, 0, design))
             design = reached
-            tested = not lost and (number % TESTED_EVERY == TESTED_EVERY - 1 or number == rounds - 1)
+            done = not lost and way[-1].value > (1.0 - ROUND_SETTLED) * way[0].value
+            tested = done or not lost and (number % TESTED_EVERY == TESTED_EVERY - 1 or number == rounds - 1)
             films = hardening.noisy(design, number) if tested else []
             left = [_left_mm(world, design, q) for q in films]
         except SolverError as error:
@@ -191,12 +195,14 @@ def harden_in_basin(
         more = go_on(design)
         leaving = sum(off_mm.max() > LEFT_MM for off_mm in left)
         logger.info("goes on from step %d of %d, %d of %d films leave it", landed, len(way) - 1, leaving, len(left))
-        if landed > 0:
+        if design is not start:
             cost = price + LEAVING_COSTS * (leaving / len(left) if left else 1.0)
             if best is None or cost <= best[0]:
                 best = cost, design
         if leaving:
             refinement.way_weight *= INSISTENCE
+        elif done and refinement.weight_per_mm3 <= WEAKEST_PER_MM3:
+            break
         elif tested:
             refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEAKEST_PER_MM3)
         elif lost and landed == 0:

@@ -14,7 +14,7 @@ Nocedal and Wright, Numerical Optimization (2006), algorithm 7.4 and 3.1.
 
 import logging
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from twin.equilibrium import rigid_distance_mm
 from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import OnTheWay
-from twin.inverse.refine import Control, Design, Refinement
+from twin.inverse.refine import MOVE_DAMPING_PER_MM2, Control, Design, Refinement, conjugate_gradients
 from twin.inverse.world import World
 
 logger = logging.getLogger(__name__)
@@ -134,11 +134,25 @@ class Hardening:
             by_q += self._world.pull(by_vertices) + way_weight * on_the_way.gradient() + weight * here.by_anchor
             return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
 
+        def precondition(rest: np.ndarray) -> np.ndarray:
+            """Solve with the curvature of all but noise, at the point that was evaluated last."""
+            p = here.p
+
+            def curve(dp: np.ndarray) -> np.ndarray:
+                dq = self._control.push(p, dp)
+                move = self._world.push(dq)
+                held = MOVE_DAMPING_PER_MM2 * self._world.vertex_share * move
+                curved = self._world.pull(intended.curve(move) + held) + weight * anchor.curve(dq)
+                return self._control.pull(p, curved) + self._control.penalty_curve(p, dp) + self._control.damping * dp
+
+            anchor.linearise(here.q)
+            return conjugate_gradients(curve, rest, self._control.precondition)
+
         here = point(design.p, start, on_the_way.begin(design))
         way, slope = [here], gradient(here)
         pairs, left = self._pairs, evaluations
         while left > 0:
-            direction = -self._inverse_curvature(slope, pairs)
+            direction = -_inverse_curvature(slope, pairs, precondition)
             turn = self._control.push(here.p, direction)
             move, way_move = self._world.push(turn), on_the_way.push(turn)
             longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (move, way_move))
@@ -213,22 +227,23 @@ class Hardening:
         cost = design.shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
         return ExpectedLoss(self._world, self._errors, cost, design.q)
 
-    def _inverse_curvature(self, gradient: np.ndarray, pairs: deque[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-        """Return the approximate inverse of the curvature times a gradient: the two loops of L-BFGS."""
-        rest, shares = gradient.copy(), []
-        for step, change in reversed(pairs):
-            share = float((step * rest).sum() / (step * change).sum())
-            rest = rest - share * change
-            shares.append(share)
-        scale = 1.0
-        if pairs:
-            step, change = pairs[-1]
-            scale = float((step * change).sum() / (change * self._control.precondition(change)).sum())
-        found = scale * self._control.precondition(rest)
-        for (step, change), share in zip(pairs, reversed(shares), strict=True):
-            found = found + step * (share - float((change * found).sum() / (step * change).sum()))
-        return found
-
     def _linearise(self, q: np.ndarray, vertices_mm: np.ndarray) -> None:
         if not self._world.linearise(q, vertices_mm):
             raise SolverError("hardening: the equilibrium is not stable.")
+
+
+def _inverse_curvature(
+    gradient: np.ndarray,
+    pairs: Sequence[tuple[np.ndarray, np.ndarray]],
+    precondition: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Return the approximate inverse of the curvature times a gradient: the two loops of L-BFGS."""
+    rest, shares = gradient.copy(), []
+    for step, change in reversed(pairs):
+        share = float((step * rest).sum() / (step * change).sum())
+        rest = rest - share * change
+        shares.append(share)
+    found = precondition(rest)
+    for (step, change), share in zip(pairs, reversed(shares), strict=True):
+        found = found + step * (share - float((change * found).sum() / (step * change).sum()))
+    return found

@@ -137,7 +137,7 @@ class Refinement:
             if trial_number:
                 self._linearise(design)
             damping = self._damping * control.damping
-            dp = _conjugate_gradients(
+            dp = conjugate_gradients(
                 lambda d, own=self._damping, c=damping: model(d, own) + c * d, -gradient, control.precondition
             )
             move = world.push(control.push(p, dp))
@@ -167,7 +167,7 @@ class Refinement:
             raise SolverError("refinement: the design's equilibrium is not stable; start from another seed.")
 
 
-def _conjugate_gradients(
+def conjugate_gradients(
     apply: Callable[[np.ndarray], np.ndarray], right: np.ndarray, precondition: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
     """Solve a positive definite system roughly: early steps find what matters, an early end regularises."""
