@@ -2,13 +2,12 @@
 
 import logging
 from collections.abc import Callable, Sequence
-from typing import Protocol
 
 import numpy as np
 
 from planner.errors import SolverError
-from twin.equilibrium import moved_onto, rigid_distance_mm
-from twin.inverse.harden import LEFT_MM, Hardening
+from twin.equilibrium import rigid_distance_mm
+from twin.inverse.harden import LEFT_MM, Hardening, Point
 from twin.inverse.refine import Design, Refinement
 from twin.inverse.world import World
 
@@ -22,36 +21,20 @@ FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
 WEAKEST_PER_MM3 = 3e-4
 """Least weight of the anchor in hardening, where the way up the ramp holds a film as well."""
-LEAVING_COSTS = 0.1
-"""Added to a design's price if all films leave it: for the choice among a search's designs."""
 ROUND_SETTLED = 0.02
 """Relative gain of one round of hardening below which its design has settled."""
-TESTED_EVERY = 4
+TESTED_EVERY = 2
 """Rounds after which noisy films are heated, settled or not."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
 INSISTENCE = 2.0
-"""Factor on what the way up the ramp costs, after a round with films that left."""
+"""Factor on what the way up the ramp costs, after a test that is worse than the best."""
 PARTS = 4
 """Of the steps that land, those that are compared where a later one does not: the last ones stand near a snap."""
 FAILURES = 4
 """Ramps that may end elsewhere before a search is given up."""
 SETTLED = 0.003
 """Relative gain of one step below which a design has settled."""
-
-
-class Meant(Protocol):
-    """A film as it is meant to be."""
-
-    @property
-    def q(self) -> np.ndarray:
-        """Alignment of the triangles, shape [layers, m, 2]."""
-        ...
-
-    @property
-    def vertices_mm(self) -> np.ndarray:
-        """Its equilibrium [mm], shape [n, 3]."""
-        ...
 
 
 def descend(refinement: Refinement, design: Design, *, steps: int, go_on: Callable[[Design], bool]) -> Design:
@@ -151,9 +134,10 @@ def harden_in_basin(
 ) -> Design:
     """Harden a design in rounds, so that it and noisy films keep its shape when heated from flat.
 
-    Where a noisy film ends in another shape, the way up the ramp gets more weight; where the design's own film does,
-    the next round starts from the best of the steps before. After a test that no film fails the anchor gets less. Of
-    the designs that keep their shape the cheapest counts, films that leave it added; without any it is the first.
+    Noisy films are heated every few rounds, and where a design has settled: what these really lose is the test that the
+    expected loss cannot be, being of second order. A design that they prefer is kept, and the anchor gets less. From
+    one that they do not the search goes back to the best before, with more weight on the anchor and on the way up the
+    ramp. Where the design's own film leaves its shape the next round starts from the best of the steps before.
 
     Args:
         refinement: the design's, with the anchor that hardening uses as well.
@@ -166,7 +150,6 @@ def harden_in_basin(
         progress: called with the share done, 0 to 1.
     """
     best: tuple[float, Design] | None = None
-    start = design
     for number in range(rounds):
         try:
             way = hardening.harden(
@@ -185,34 +168,36 @@ def harden_in_basin(
                 landing = [each for each in found if np.isfinite(each[0])]
                 price, landed, reached = min(landing, key=lambda each: each[0], default=(price, 0, design))
             design = reached
-            done = not lost and way[-1].value > (1.0 - ROUND_SETTLED) * way[0].value
-            tested = done or not lost and (number % TESTED_EVERY == TESTED_EVERY - 1 or number == rounds - 1)
-            films = hardening.noisy(design, number) if tested else []
-            left = [_left_mm(world, design, q) for q in films]
+            settled = not lost and way[-1].value > (1.0 - ROUND_SETTLED) * way[0].value
+            tested = settled or number % TESTED_EVERY == TESTED_EVERY - 1 or number == rounds - 1
+            losses = [_dissimilarity(world, design, q) for q in hardening.noisy(design)] if tested else []
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
         more = go_on(design)
-        leaving = sum(off_mm.max() > LEFT_MM for off_mm in left)
-        logger.info("goes on from step %d of %d, %d of %d films leave it", landed, len(way) - 1, leaving, len(left))
-        if design is not start:
-            cost = price + LEAVING_COSTS * (leaving / len(left) if left else 1.0)
-            if best is None or cost <= best[0]:
-                best = cost, design
-        if leaving:
-            refinement.way_weight *= INSISTENCE
-        elif done and refinement.weight_per_mm3 <= WEAKEST_PER_MM3:
+        logger.info("goes on from step %d of %d", landed, len(way) - 1)
+        worse = False
+        if tested:
+            loss = float(np.mean(losses))
+            worse = best is not None and loss > best[0]
+            logger.info("noisy films lose %.4f, the best design's %.4f", loss, loss if best is None else best[0])
+            if best is None or not worse:
+                best = loss, design
+            else:
+                design = best[1]
+                refinement.way_weight *= INSISTENCE
+        if worse or (lost and landed == 0):
+            refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
+        elif settled and refinement.weight_per_mm3 <= WEAKEST_PER_MM3:
             break
         elif tested:
             refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEAKEST_PER_MM3)
-        elif lost and landed == 0:
-            refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
         if not more:
             break
     return design if best is None else best[1]
 
 
-def _landed(world: World, way: Sequence[Meant]) -> int:
+def _landed(world: World, way: Sequence[Point]) -> int:
     """Return the last step of a way whose film keeps its shape.
 
     The first step is taken to land. Steps between one that lands and one that does not are halved, no more: a film that
@@ -221,7 +206,7 @@ def _landed(world: World, way: Sequence[Meant]) -> int:
     low, high = 0, len(way)
     trial = high - 1
     while high - low > 1:
-        if _left_mm(world, way[trial], way[trial].q).max() > LEFT_MM:
+        if _left(world, way[trial]):
             high = trial
         else:
             low = trial
@@ -229,16 +214,19 @@ def _landed(world: World, way: Sequence[Meant]) -> int:
     return low
 
 
-def _left_mm(world: World, meant: Meant, q: np.ndarray) -> np.ndarray:
-    """Return how far each vertex of a film ends from where a design's answer to its errors puts it, shape [n].
-
-    Infinitely far where the film cannot be heated.
-    """
+def _left(world: World, point: Point) -> bool:
+    """Return whether a film ends in another shape than its own when heated from flat, or cannot be heated."""
     try:
-        if not world.linearise(meant.q, meant.vertices_mm):
-            raise SolverError("the design's equilibrium is not stable.")
-        answer_mm = meant.vertices_mm + world.push(q - meant.q)
-        return np.linalg.norm(moved_onto(world.ramp(q), answer_mm) - answer_mm, axis=1)
+        return rigid_distance_mm(world.ramp(point.q), point.vertices_mm) > LEFT_MM
+    except SolverError as error:
+        logger.info("a step's film: %s", error)
+        return True
+
+
+def _dissimilarity(world: World, design: Design, q: np.ndarray) -> float:
+    """Return 1 - Eq. 4 of a film beside a design, heated from flat; 1 where it cannot be."""
+    try:
+        return 1.0 - world.settle(q, world.ramp(q), design.shape).measured.ssim
     except SolverError as error:
         logger.info("a film beside the design: %s", error)
-        return np.full(len(meant.vertices_mm), np.inf)
+        return 1.0

@@ -33,11 +33,10 @@ HEIGHTS, OUTLINE = 0.3, 2.0
 """Factors on the mismatch's rms^2 and outline^2/2 for the film as intended: windows see its rim before its heights."""
 NOISE_HEIGHTS, NOISE_OUTLINE = 0.15, 0.5
 """The same for what noise moves: so weighed, the loss is nearest to what noisy films really lose in similarity."""
-WORST_DEVIATIONS, DRAWN = 2.0, 4
-"""Standard deviations of the mix of errors that costs most, and number of random films, for the ramps."""
+DRAWN = 8
+"""Random films that test a design."""
 LEFT_MM = 2.0
-"""A film has left the design's shape if its ramp ends farther from where the answer to its errors, to first order,
-puts it: it has snapped, or is much softer than the expected loss knows."""
+"""A film has left the design's shape if its ramp ends farther from it."""
 PAIRS = 20
 """Steps whose change of the gradient is remembered."""
 FIRST_MOVE_MM, LONGEST_MOVE_MM = 0.1, 1.0
@@ -213,14 +212,12 @@ class Hardening:
         logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)
         return 1.0 - ssim + NOISE_WEIGHT * loss.value + on_the_way.value
 
-    def noisy(self, design: Design, number: int) -> list[np.ndarray]:
-        """Return the alignment of films beside a design that should keep its shape, other ones for each number.
+    def noisy(self, design: Design) -> list[np.ndarray]:
+        """Return the alignment of films beside a design, with the same random errors for each design.
 
-        They are films under the mix of errors that costs most, to both sides, and random ones.
+        The same, so that designs are compared by what they are: their differences are smaller than those of films.
         """
-        worst = WORST_DEVIATIONS * self._loss(design).worst
-        drawn = self._errors.draw(self._world.film(design.q), DRAWN, number)
-        return [design.q + worst, design.q - worst, *drawn]
+        return self._errors.draw(self._world.film(design.q), DRAWN)
 
     def _loss(self, design: Design) -> ExpectedLoss:
         self._linearise(design.q, design.shape.vertices_mm)
@@ -244,6 +241,9 @@ def _inverse_curvature(
         rest = rest - share * change
         shares.append(share)
     found = precondition(rest)
+    if pairs:
+        step, change = pairs[-1]
+        found = float((step * change).sum() / (change * precondition(change)).sum()) * found
     for (step, change), share in zip(pairs, reversed(shares), strict=True):
         found = found + step * (share - float((change * found).sum() / (step * change).sum()))
     return found

@@ -70,11 +70,6 @@ class Design:
     value: float
     """What is minimised."""
 
-    @property
-    def vertices_mm(self) -> np.ndarray:
-        """Its equilibrium [mm], shape [n, 3]."""
-        return self.shape.vertices_mm
-
 
 class Refinement:
     """Minimises over the design variables; every trial is an equilibrium."""
