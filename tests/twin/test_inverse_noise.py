@@ -71,11 +71,11 @@ def test_examples_add_up_to_the_covariance(film):
     assert errors.variance(q, s)[0] == pytest.approx(added, rel=1e-12)
 
 
-def test_drawn_films_are_the_same_again_and_not_those_of_the_report(film):
+def test_drawn_films_are_others_for_each_number_and_not_those_of_the_report(film):
     errors = ProcessErrors(film, ProcessNoise(), seed=0)
-    drawn = errors.draw(film, 2)
-    np.testing.assert_array_equal(drawn, errors.draw(film, 2))
+    drawn = errors.draw(film, 2, 1)
+    np.testing.assert_array_equal(drawn, errors.draw(film, 2, 1))
     others = [noisy.alignment for noisy in noisy_films(film, ProcessNoise(), 32, 0)]
-    for other in others:
+    for other in (*errors.draw(film, 2, 0), *others):
         assert min(np.abs(other - one).max() for one in drawn) > 1e-3
-    np.testing.assert_allclose(ProcessErrors(film, NONE, seed=0).draw(film, 1)[0], film.alignment, atol=1e-12)
+    np.testing.assert_allclose(ProcessErrors(film, NONE, seed=0).draw(film, 1, 0)[0], film.alignment, atol=1e-12)

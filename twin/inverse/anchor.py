@@ -66,6 +66,7 @@ class Anchor:
         layer_thickness_mm: np.ndarray,
         activation: float,
         *,
+        hold: np.ndarray | None = None,
         metric: float = 1.0,
     ) -> None:
         """Prepare.
@@ -75,11 +76,13 @@ class Anchor:
             area_mm2: flat area of each triangle [mm^2], shape [m].
             layer_thickness_mm: flat thickness of each layer [mm], shape [layers].
             activation: fraction of the full contraction at which the film should be there.
+            hold: factor on each triangle's share of the energy, shape [m]; None for 1.
             metric: weight of the metric beside the curvature's; 1 for the energy itself.
         """
         self._a, self._b = forms[:, :3], OVERBENDING * forms[:, 3:]
         self._metric, self._activation = metric, activation
         self._thickness = np.asarray(layer_thickness_mm, dtype=float)
+        self.hold = np.ones(len(area_mm2)) if hold is None else hold
         """Factor on each triangle's share of the energy, shape [m]; may be replaced."""
         self._area = area_mm2
         self._response: np.ndarray = np.empty(0)
@@ -87,7 +90,7 @@ class Anchor:
     def value(self, q: np.ndarray) -> tuple[float, np.ndarray]:
         """Return T over mu [mm^3] and its gradient, shape [layers, m, 2]."""
         response = LayerResponse(q, self._thickness, activation=self._activation)
-        energy, area = response.energy(self._a, self._b), self._area
+        energy, area = response.energy(self._a, self._b), self.hold * self._area
         if self._metric == 1.0:
             return float(area @ energy.value), area[:, None] * energy.by_q
         strain = self._strain(energy.by_form)
@@ -105,7 +108,7 @@ class Anchor:
         derivative is kept.
         """
         strain = self._strain(np.einsum("malq,lmq->ma", self._response, dq))
-        return np.einsum("malq,ma->lmq", self._response, self._area[:, None] * strain)
+        return np.einsum("malq,ma->lmq", self._response, (self.hold * self._area)[:, None] * strain)
 
     def _strain(self, stress: np.ndarray) -> np.ndarray:
         """Return C^-1 s, the metric's part times its weight, for stresses [m, 6]."""

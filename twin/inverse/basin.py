@@ -4,10 +4,11 @@ import logging
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from planner.errors import SolverError
-from twin.equilibrium import rigid_distance_mm
-from twin.inverse.harden import LEFT_MM, Hardening, Point
+from twin.equilibrium import moved_onto, rigid_distance_mm
+from twin.inverse.harden import LEFT_MM, Hardening
 from twin.inverse.refine import Design, Refinement
 from twin.inverse.world import World
 
@@ -19,16 +20,14 @@ WEIGHTS_PER_MM3 = (1e-2, 3e-3, 1e-3)
 """Weights of the anchor, from the one that holds nearly every film in the basin of its target downwards."""
 FACTOR = 3.0
 STRONGEST_PER_MM3 = 0.05
-WEAKEST_PER_MM3 = 3e-4
-"""Least weight of the anchor in hardening, where the way up the ramp holds a film as well."""
-ROUND_SETTLED = 0.02
-"""Relative gain of one round of hardening below which its design has settled."""
-TESTED_EVERY = 2
-"""Rounds after which noisy films are heated, settled or not."""
+LEAVING_COSTS = 0.1
+"""Added to a design's price if all films leave it: for the choice among a search's designs."""
 RAMPS_AFTER = 0.6
 """Share of a round that is over when its films are heated."""
-INSISTENCE = 2.0
-"""Factor on what the way up the ramp costs, after a test that is worse than the best."""
+LEAVING_SHARE = 0.6
+"""A film that has left did so where it is off by more than this share of the most."""
+HELD, HELD_LENGTH_MM = 4.0, 3.0
+"""Factor on the anchor where a film has left, and how far around."""
 PARTS = 4
 """Of the steps that land, those that are compared where a later one does not: the last ones stand near a snap."""
 FAILURES = 4
@@ -134,10 +133,9 @@ def harden_in_basin(
 ) -> Design:
     """Harden a design in rounds, so that it and noisy films keep its shape when heated from flat.
 
-    Noisy films are heated every few rounds, and where a design has settled: what these really lose is the test that the
-    expected loss cannot be, being of second order. A design that they prefer is kept, and the anchor gets less. From
-    one that they do not the search goes back to the best before, with more weight on the anchor and on the way up the
-    ramp. Where the design's own film leaves its shape the next round starts from the best of the steps before.
+    Where a noisy film ends in another shape, the anchor gets more weight there; where the design's own film does, the
+    next round starts from the best of the steps before. After a round without, the whole anchor gets less. Of the
+    designs that keep their shape the cheapest counts, films that leave it added; without any it is the first.
 
     Args:
         refinement: the design's, with the anchor that hardening uses as well.
@@ -149,55 +147,52 @@ def harden_in_basin(
         go_on: called with each new design; False ends the search.
         progress: called with the share done, 0 to 1.
     """
+    film = world.newton.shell.film
+    centre_mm = film.flat_mm[film.triangles].mean(axis=1)
     best: tuple[float, Design] | None = None
     for number in range(rounds):
         try:
             way = hardening.harden(
                 design, evaluations, lambda share, before=number: progress((before + RAMPS_AFTER * share) / rounds)
             )
-            landed = len(way) - 1
-            reached = hardening.measured(way[landed], design) if landed > 0 else design
-            price = hardening.price(reached)
-            lost = landed > 0 and np.isinf(price)
+            landed = _landed(world, way)
+            lost = landed < len(way) - 1
             if lost:
-                last, found = _landed(world, way), []
-                for step in sorted({last * part // PARTS for part in range(1, PARTS + 1)} - {0}):
-                    trial = hardening.measured(way[step], design)
-                    found.append((hardening.price(trial), step, trial))
-                # a step between those that were heated need not land
-                landing = [each for each in found if np.isfinite(each[0])]
-                price, landed, reached = min(landing, key=lambda each: each[0], default=(price, 0, design))
-            design = reached
-            settled = not lost and way[-1].value > (1.0 - ROUND_SETTLED) * way[0].value
-            tested = settled or number % TESTED_EVERY == TESTED_EVERY - 1 or number == rounds - 1
-            losses = [_dissimilarity(world, design, q) for q in hardening.noisy(design)] if tested else []
+                hardening.left_by(way[landed + 1].q, way[landed])
+            steps = sorted({landed * part // PARTS for part in range(PARTS + 1)}) if lost else [landed]
+            prices = {step: hardening.price(way[step]) for step in steps if step > 0}
+            # a step between those that were heated need not land
+            landed = min((step for step in prices if np.isfinite(prices[step])), key=prices.__getitem__, default=0)
+            design = way[landed]
+            films = [] if lost else hardening.noisy(design, number)
+            left = [_left_mm(world, design, q) for q in films]
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
         more = go_on(design)
-        logger.info("goes on from step %d of %d", landed, len(way) - 1)
-        worse = False
-        if tested:
-            loss = float(np.mean(losses))
-            worse = best is not None and loss > best[0]
-            logger.info("noisy films lose %.4f, the best design's %.4f", loss, loss if best is None else best[0])
-            if best is None or not worse:
-                best = loss, design
-            else:
-                design = best[1]
-                refinement.way_weight *= INSISTENCE
-        if worse or (lost and landed == 0):
+        leaving = [off_mm[film.triangles].mean(axis=1) for off_mm in left if off_mm.max() > LEFT_MM]
+        logger.info(
+            "goes on from step %d of %d, %d of %d films leave it", landed, len(way) - 1, len(leaving), len(left)
+        )
+        if landed > 0:
+            cost = prices[landed] + LEAVING_COSTS * (1.0 if lost else len(leaving) / len(left))
+            if best is None or cost <= best[0]:
+                best = cost, design
+        if leaving:
+            hardening.left_by(films[int(np.argmax([off_mm.max() for off_mm in left]))], design)
+            there = centre_mm[np.any([off_mm >= LEAVING_SHARE * off_mm.max() for off_mm in leaving], axis=0)]
+            near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
+            refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
+        elif not lost:
+            refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEIGHTS_PER_MM3[-1])
+        elif landed == 0:
             refinement.weight_per_mm3 = min(FACTOR * refinement.weight_per_mm3, STRONGEST_PER_MM3)
-        elif settled and refinement.weight_per_mm3 <= WEAKEST_PER_MM3:
-            break
-        elif tested:
-            refinement.weight_per_mm3 = max(refinement.weight_per_mm3 / FACTOR, WEAKEST_PER_MM3)
         if not more:
             break
     return design if best is None else best[1]
 
 
-def _landed(world: World, way: Sequence[Point]) -> int:
+def _landed(world: World, way: Sequence[Design]) -> int:
     """Return the last step of a way whose film keeps its shape.
 
     The first step is taken to land. Steps between one that lands and one that does not are halved, no more: a film that
@@ -206,7 +201,7 @@ def _landed(world: World, way: Sequence[Point]) -> int:
     low, high = 0, len(way)
     trial = high - 1
     while high - low > 1:
-        if _left(world, way[trial]):
+        if _left_mm(world, way[trial], way[trial].q).max() > LEFT_MM:
             high = trial
         else:
             low = trial
@@ -214,19 +209,16 @@ def _landed(world: World, way: Sequence[Point]) -> int:
     return low
 
 
-def _left(world: World, point: Point) -> bool:
-    """Return whether a film ends in another shape than its own when heated from flat, or cannot be heated."""
-    try:
-        return rigid_distance_mm(world.ramp(point.q), point.vertices_mm) > LEFT_MM
-    except SolverError as error:
-        logger.info("a step's film: %s", error)
-        return True
+def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
+    """Return how far each vertex of a film ends from where the design's answer to its errors puts it, shape [n].
 
-
-def _dissimilarity(world: World, design: Design, q: np.ndarray) -> float:
-    """Return 1 - Eq. 4 of a film beside a design, heated from flat; 1 where it cannot be."""
+    Infinitely far where the film cannot be heated.
+    """
     try:
-        return 1.0 - world.settle(q, world.ramp(q), design.shape).measured.ssim
+        if not world.linearise(design.q, design.shape.vertices_mm):
+            raise SolverError("the design's equilibrium is not stable.")
+        meant = design.shape.vertices_mm + world.push(q - design.q)
+        return np.linalg.norm(moved_onto(world.ramp(q), meant) - meant, axis=1)
     except SolverError as error:
         logger.info("a film beside the design: %s", error)
-        return 1.0
+        return np.full(len(design.shape.vertices_mm), np.inf)

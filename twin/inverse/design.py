@@ -141,7 +141,7 @@ def design_inverse(
         logger.info("the passes snap on their way from flat: fields with more weight on the anchor")
         field = stages.middle(field, weights.pop(0))
         keep(field)
-    if not options.robust and search.time_for("passes"):
+    if search.time_for("passes"):
         designed = stages.finish(field, designed)
     program = _program(target, calibration, machine, options, field.outline_mm, designed.layers)
     search.report("check", 0.0)

@@ -62,6 +62,8 @@ class ExpectedLoss:
         gram = np.array([[float((move * c).sum()) for c in costs] for move in moves])
         values, mixes = np.linalg.eigh(gram)
         kept = np.flatnonzero(values > 1e-9 * values[-1])[::-1][:ways]
+        self.worst = np.tensordot(mixes[:, -1], changes, axes=1)
+        """What one standard deviation of the mix of errors that costs most changes, shape [layers, m, 2]."""
         self._costs = [
             sum(part * c for part, c in zip(mixes[:, k], costs, strict=True)) / np.sqrt(values[k]) for k in kept
         ]

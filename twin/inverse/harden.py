@@ -2,7 +2,7 @@
 
 Minimised is, over the design variables p,
 
-    mismatch(x) + NOISE_WEIGHT L(q) + way weight P(q) + weight T(q) + penalty(p),
+    mismatch(x) + NOISE_WEIGHT L(q) + P(q) + weight T(q) + penalty(p),
 
 with the expected loss L of `twin.inverse.expected_loss`, the anchor's T, and P of `twin.inverse.on_the_way`. The
 mismatch is its quadratic model at the design that one starts from: counting pixels and windows anew at each step would
@@ -14,7 +14,7 @@ Nocedal and Wright, Numerical Optimization (2006), algorithm 7.4 and 3.1.
 
 import logging
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ from twin.equilibrium import rigid_distance_mm
 from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import OnTheWay
-from twin.inverse.refine import MOVE_DAMPING_PER_MM2, Control, Design, Refinement, conjugate_gradients
+from twin.inverse.refine import Control, Design, Refinement
 from twin.inverse.world import World
 
 logger = logging.getLogger(__name__)
@@ -33,10 +33,11 @@ HEIGHTS, OUTLINE = 0.3, 2.0
 """Factors on the mismatch's rms^2 and outline^2/2 for the film as intended: windows see its rim before its heights."""
 NOISE_HEIGHTS, NOISE_OUTLINE = 0.15, 0.5
 """The same for what noise moves: so weighed, the loss is nearest to what noisy films really lose in similarity."""
-DRAWN = 8
-"""Random films that test a design."""
+WORST_DEVIATIONS, DRAWN = 2.0, 4
+"""Standard deviations of the mix of errors that costs most, and number of random films, for the ramps."""
 LEFT_MM = 2.0
-"""A film has left the design's shape if its ramp ends farther from it."""
+"""A film has left the design's shape if its ramp ends farther from where the answer to its errors, to first order,
+puts it: it has snapped, or is much softer than the expected loss knows."""
 PAIRS = 20
 """Steps whose change of the gradient is remembered."""
 FIRST_MOVE_MM, LONGEST_MOVE_MM = 0.1, 1.0
@@ -47,16 +48,11 @@ ENOUGH = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Point:
-    """A design that has not been measured: a step of a descent."""
-
+class _Point:
     p: np.ndarray
     q: np.ndarray
-    """Alignment of the triangles, shape [layers, m, 2]."""
     vertices_mm: np.ndarray
-    """Its equilibrium [mm], shape [n, 3]."""
     way_mm: np.ndarray
-    """Its films on the ramp [mm], shape [places, n, 3]."""
     value: float
     loss: float
     on_the_way: float
@@ -81,13 +77,9 @@ class Hardening:
         """
         self._refinement, self._world, self._control, self._errors = refinement, world, control, errors
         self._on_the_way = on_the_way
-        self._pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
 
-    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Point]:
-        """Return points of ever less value, from the design on, after about so many evaluations.
-
-        The curvature that was met on the way is kept for the next design: what is minimised changes little from one to
-        the other.
+    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Design]:
+        """Return designs of ever less value, from the start on, after about so many evaluations.
 
         Args:
             design: where to start.
@@ -101,11 +93,10 @@ class Hardening:
         model, start = design.shape.measured.model, design.shape.vertices_mm
         intended = model.weighed(heights=HEIGHTS, outline=OUTLINE)
         loss = self._loss(design)
-        refinement = self._refinement
-        anchor, weight, way_weight = refinement.anchor, refinement.weight_per_mm3, refinement.way_weight
+        anchor, weight = self._refinement.anchor, self._refinement.weight_per_mm3
         slope_there = intended.gradient()
 
-        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> Point:
+        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> _Point:
             q = self._control.q(p)
             vertices = self._world.balance(q, near_mm)
             self._linearise(q, vertices)
@@ -115,46 +106,33 @@ class Hardening:
             mismatch = float((moved * (slope_there + 0.5 * intended.curve(moved))).sum())
             energy, by_anchor = anchor.value(q)
             held = weight * energy + self._control.penalty(p)[0]
-            return Point(
+            return _Point(
                 p=p,
                 q=q,
                 vertices_mm=vertices,
                 way_mm=way_mm,
-                value=mismatch + NOISE_WEIGHT * loss.value + way_weight * on_the_way.value + held,
+                value=mismatch + NOISE_WEIGHT * loss.value + on_the_way.value + held,
                 loss=loss.value,
                 on_the_way=on_the_way.value,
                 by_anchor=by_anchor,
             )
 
-        def gradient(here: Point) -> np.ndarray:
+        def gradient(here: _Point) -> np.ndarray:
             """Of the point that was evaluated last."""
             by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
             by_vertices += slope_there + intended.curve(here.vertices_mm - start)
-            by_q += self._world.pull(by_vertices) + way_weight * on_the_way.gradient() + weight * here.by_anchor
+            by_q += self._world.pull(by_vertices) + on_the_way.gradient() + weight * here.by_anchor
             return self._control.pull(here.p, by_q) + self._control.penalty(here.p)[1]
-
-        def precondition(rest: np.ndarray) -> np.ndarray:
-            """Solve with the curvature of all but noise, at the point that was evaluated last."""
-            p = here.p
-
-            def curve(dp: np.ndarray) -> np.ndarray:
-                dq = self._control.push(p, dp)
-                move = self._world.push(dq)
-                held = MOVE_DAMPING_PER_MM2 * self._world.vertex_share * move
-                curved = self._world.pull(intended.curve(move) + held) + weight * anchor.curve(dq)
-                return self._control.pull(p, curved) + self._control.penalty_curve(p, dp) + self._control.damping * dp
-
-            anchor.linearise(here.q)
-            return conjugate_gradients(curve, rest, self._control.precondition)
 
         here = point(design.p, start, on_the_way.begin(design))
         way, slope = [here], gradient(here)
-        pairs, left = self._pairs, evaluations
+        pairs: deque[tuple[np.ndarray, np.ndarray]] = deque(maxlen=PAIRS)
+        left = evaluations
         while left > 0:
-            direction = -_inverse_curvature(slope, pairs, precondition)
+            direction = -self._inverse_curvature(slope, pairs)
             turn = self._control.push(here.p, direction)
             move, way_move = self._world.push(turn), on_the_way.push(turn)
-            longest = max(float(np.linalg.norm(each, axis=-1).max()) for each in (move, way_move))
+            longest = max(float(np.linalg.norm(each, axis=1).max()) for each in (move, way_move))
             length = min(1.0, (LONGEST_MOVE_MM if pairs else FIRST_MOVE_MM) / max(longest, 1e-300))
             for _ in range(TRIALS):
                 left -= 1
@@ -169,11 +147,7 @@ class Hardening:
                     logger.info("trial: %s", error)
                 length *= SHORTER
             else:
-                if not pairs:
-                    break
-                pairs.clear()
-                here = point(here.p, here.vertices_mm, here.way_mm)
-                continue
+                break
             there = gradient(trial)
             pair = trial.p - here.p, there - slope
             if float((pair[0] * pair[1]).sum()) > 0.0:
@@ -185,11 +159,7 @@ class Hardening:
             "hardened: %.4f to %.4f, expected loss %.4f to %.4f, on the way %.4f to %.4f",
             *(first.value, here.value, first.loss, here.loss, first.on_the_way, here.on_the_way),
         )
-        return way
-
-    def measured(self, point: Point, near: Design) -> Design:
-        """Return the design of a point, registered from another design near it."""
-        return self._refinement.design(point.p, point.vertices_mm, near.shape)
+        return [design, *(self._refinement.design(each.p, each.vertices_mm, design.shape) for each in way[1:])]
 
     def price(self, design: Design) -> float:
         """Return what a design costs with noise: dissimilarity, expected loss, and what its way up the ramp does.
@@ -212,38 +182,43 @@ class Hardening:
         logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)
         return 1.0 - ssim + NOISE_WEIGHT * loss.value + on_the_way.value
 
-    def noisy(self, design: Design) -> list[np.ndarray]:
-        """Return the alignment of films beside a design, with the same random errors for each design.
+    def left_by(self, q: np.ndarray, design: Design) -> None:
+        """Keep designs from where a film of alignment q parts from a design on its way up the ramp."""
+        try:
+            self._on_the_way.left_by(q, design)
+        except SolverError as error:
+            logger.info("a film that left: %s", error)
 
-        The same, so that designs are compared by what they are: their differences are smaller than those of films.
+    def noisy(self, design: Design, number: int) -> list[np.ndarray]:
+        """Return the alignment of films beside a design that should keep its shape, other ones for each number.
+
+        They are films under the mix of errors that costs most, to both sides, and random ones.
         """
-        return self._errors.draw(self._world.film(design.q), DRAWN)
+        worst = WORST_DEVIATIONS * self._loss(design).worst
+        drawn = self._errors.draw(self._world.film(design.q), DRAWN, number)
+        return [design.q + worst, design.q - worst, *drawn]
 
     def _loss(self, design: Design) -> ExpectedLoss:
         self._linearise(design.q, design.shape.vertices_mm)
         cost = design.shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
         return ExpectedLoss(self._world, self._errors, cost, design.q)
 
+    def _inverse_curvature(self, gradient: np.ndarray, pairs: deque[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+        """Return the approximate inverse of the curvature times a gradient: the two loops of L-BFGS."""
+        rest, shares = gradient.copy(), []
+        for step, change in reversed(pairs):
+            share = float((step * rest).sum() / (step * change).sum())
+            rest = rest - share * change
+            shares.append(share)
+        scale = 1.0
+        if pairs:
+            step, change = pairs[-1]
+            scale = float((step * change).sum() / (change * self._control.precondition(change)).sum())
+        found = scale * self._control.precondition(rest)
+        for (step, change), share in zip(pairs, reversed(shares), strict=True):
+            found = found + step * (share - float((change * found).sum() / (step * change).sum()))
+        return found
+
     def _linearise(self, q: np.ndarray, vertices_mm: np.ndarray) -> None:
         if not self._world.linearise(q, vertices_mm):
             raise SolverError("hardening: the equilibrium is not stable.")
-
-
-def _inverse_curvature(
-    gradient: np.ndarray,
-    pairs: Sequence[tuple[np.ndarray, np.ndarray]],
-    precondition: Callable[[np.ndarray], np.ndarray],
-) -> np.ndarray:
-    """Return the approximate inverse of the curvature times a gradient: the two loops of L-BFGS."""
-    rest, shares = gradient.copy(), []
-    for step, change in reversed(pairs):
-        share = float((step * rest).sum() / (step * change).sum())
-        rest = rest - share * change
-        shares.append(share)
-    found = precondition(rest)
-    if pairs:
-        step, change = pairs[-1]
-        found = float((step * change).sum() / (change * precondition(change)).sum()) * found
-    for (step, change), share in zip(pairs, reversed(shares), strict=True):
-        found = found + step * (share - float((change * found).sum() / (step * change).sum()))
-    return found

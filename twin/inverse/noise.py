@@ -45,9 +45,9 @@ class ProcessErrors:
                 made[-1][layer] = change
         return [*made, *(2.0 / np.sqrt(FIELDS) * turn[..., None] * _across(q) for turn in self._turns)]
 
-    def draw(self, film: Film, count: int) -> list[np.ndarray]:
-        """Return the alignment of films with random errors, not to first order: other ones than a report draws."""
-        seed = int(np.random.SeedSequence((self._seed, 0)).generate_state(1)[0])
+    def draw(self, film: Film, count: int, number: int) -> list[np.ndarray]:
+        """Return the alignment of films with random errors, not to first order; other ones for each number."""
+        seed = int(np.random.SeedSequence((self._seed, number)).generate_state(1)[0])
         return [noisy.alignment for noisy in noisy_films(film, self._noise, count, seed)]
 
     def variance(self, q: np.ndarray, s: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:

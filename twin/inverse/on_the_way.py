@@ -3,113 +3,143 @@
 At 150 C nearly every film that has snapped could as well stand where it was designed to: the ramp from flat lost the
 way long before. A dome of the design may hang down at first, on a branch of its own, and come over with a snap; errors
 of the process delay that, or let one side of the dome snap without the other. Where that is decided the film is soft.
-At a few shares g of its activation a design therefore pays
+At the activation g between flat and hot at which the last film that left its design parted from it, or else at that at
+which noise moves the design's own film farthest, a design pays
 
     WEIGHT sum over vertices of share ((z_g - g z)^2 + NOISE_WEIGHT Var z_g) / 2,
 
 with the heights z_g of the equilibrium on the ramp and those of the hot shape, z, which are held. The square asks for
 the sense of the target's bends in time, its contractions being g of the hot ones; the variance, to first order in the
-errors, for a way out of the places where two shapes part. Height and tilt of the whole film count nothing.
+errors, for a way out of the place where two shapes part. Height and tilt of the whole film count nothing.
 """
+
+import logging
+from collections.abc import Sequence
 
 import numpy as np
 
 from planner.errors import SolverError
+from twin.equilibrium import rigid_distance_mm
 from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.refine import Design
 from twin.inverse.world import World
 
-PLACES = (0.35, 0.5, 0.65, 0.8)
-"""Shares of the activation: shapes of faces part between them, and what is soft at one is soft beside it."""
-WEIGHT_PER_MM2 = 0.15
-"""Half a millimetre, as designs of faces end with, costs as much as 0.02 of similarity at each place."""
-WAYS = 2
-"""Soft ways that are followed at each place: where two shapes part there is one that matters."""
+logger = logging.getLogger(__name__)
+
+WEIGHT_PER_MM2 = 0.3
+"""Half a millimetre, as designs of faces end with, costs as much as 0.04 of similarity."""
+FIRST, LAST = 0.2, 0.9
+"""Shares of the design's activation between which the place is looked for."""
+PARTED_MM = 1.0
+"""A film has parted from a design where a vertex is farther off, rigid motion aside."""
+WAYS = 4
+"""Soft ways that are followed there: where two shapes part there is one that matters."""
+
+State = tuple[float, np.ndarray]
+"""An activation and a film's vertices there [mm], shape [n, 3]."""
 
 
 class OnTheWay:
-    """What one design after the other pays on its ramp."""
+    """What one design after the other pays for the softest place of its ramp."""
 
-    def __init__(self, worlds: list[World], errors: ProcessErrors) -> None:
+    def __init__(self, world: World, errors: ProcessErrors) -> None:
         """Prepare.
 
         Args:
-            worlds: of the film, one for each of `PLACES`, for this use alone: their activation is changed.
+            world: the film, for this use alone: its activation is changed.
             errors: of the process.
         """
-        self._worlds, self._errors = worlds, errors
-        self._hot = worlds[0].activation
-        for world, share in zip(worlds, PLACES, strict=True):
-            world.activation = share * self._hot
-        self._cost = _Heights(worlds[0])
-        self._begun: Design | None = None
+        self._world, self._errors = world, errors
+        self._hot = world.activation
+        self._cost = _Heights(world)
+        self._parted: float | None = None
         self.end_mm = np.empty(0)
         """Where the ramp of the last design that `begin` was given ends [mm], shape [n, 3]."""
 
-    def begin(self, design: Design) -> np.ndarray:
-        """Find a design's films on its ramp [mm], shape [places, n, 3].
+    def left_by(self, q: np.ndarray, design: Design) -> None:
+        """Remember where on the ramp a film of alignment q parts from a design that it ends beside.
 
         Raises:
-            SolverError: if the film cannot be heated from flat, or is not stable at one of the places.
+            SolverError: if one of them cannot be heated from flat.
         """
-        if design is not self._begun:
-            self._begun = None
-            states = self._worlds[0].states(design.q)
-            self.end_mm = states[-1][1]
-            self._start_mm = np.stack([self._state(world, design.q, states) for world in self._worlds])
-            height = design.shape.vertices_mm[:, 2]
-            self._wanted_mm = [share * height for share in PLACES]
-            self._losses = [
-                ExpectedLoss(world, self._errors, self._cost, design.q, ways=WAYS) for world in self._worlds
-            ]
-            self._begun = design
-        return self._start_mm
+        meant_mm = None
+        for activation, vertices in self._world.states(q):
+            self._world.activation = activation
+            meant_mm = self._world.balance(design.q, vertices if meant_mm is None else meant_mm)
+            if rigid_distance_mm(vertices, meant_mm) > PARTED_MM:
+                logger.info("parts from the design at an activation of %.3f", activation)
+                self._parted = activation
+                return
 
-    def _state(self, world: World, q: np.ndarray, states: list[tuple[float, np.ndarray]]) -> np.ndarray:
-        """Return the film at a world's activation, from the state of its ramp before, and linearise there."""
-        before = [vertices for at, vertices in states if at <= world.activation]
-        vertices = world.balance(q, before[-1])
-        self._linearise(world, q, vertices)
+    def begin(self, design: Design) -> np.ndarray:
+        """Find the place on a design's ramp that counts; returns its film there [mm], shape [n, 3].
+
+        Raises:
+            SolverError: if the film cannot be heated from flat.
+        """
+        q, world = design.q, self._world
+        states = world.states(q)
+        self.end_mm = states[-1][1]
+        vertices = self._softest(q, states) if self._parted is None else self._at_parting(q, states, self._parted)
+        self._wanted_mm = np.zeros_like(vertices)
+        self._wanted_mm[:, 2] = world.activation / self._hot * design.shape.vertices_mm[:, 2]
+        if not world.linearise(q, vertices):
+            raise SolverError("on the way up: the equilibrium is not stable.")
+        self._loss = ExpectedLoss(world, self._errors, self._cost, q, ways=WAYS)
+        return vertices
+
+    def _at_parting(self, q: np.ndarray, states: Sequence[State], activation: float) -> np.ndarray:
+        """Return the film at an activation, from the state of its ramp before."""
+        before = [vertices for at, vertices in states if at <= activation]
+        self._world.activation = activation
+        return self._world.balance(q, before[-1])
+
+    def _softest(self, q: np.ndarray, states: Sequence[State]) -> np.ndarray:
+        """Go to where noise moves the film farthest, to first order."""
+        world = self._world
+        examples, found = self._errors.examples(q), []
+        for activation, near_mm in states:
+            if not FIRST * self._hot <= activation <= LAST * self._hot:
+                continue
+            world.activation = activation
+            vertices = world.balance(q, near_mm)
+            if world.linearise(q, vertices):
+                variance = sum(self._cost.flattened(world.push(change)[:, 2]) ** 2 for change in examples)
+                found.append((float(np.sqrt(np.max(variance))), activation, vertices))
+        if not found:
+            raise SolverError("on the way up: no stable equilibrium.")
+        deviation_mm, world.activation, vertices = max(found, key=lambda each: each[0])
+        logger.info("softest on the way at an activation of %.3f: %.3f mm", world.activation, deviation_mm)
         return vertices
 
     def at(self, q: np.ndarray, near_mm: np.ndarray) -> np.ndarray:
-        """Work out what an alignment [layers, m, 2] pays; returns its films there, near others [mm], [places, n, 3].
+        """Work out what an alignment [layers, m, 2] pays; returns its film there, near another [mm], shape [n, 3].
 
         Raises:
-            SolverError: if there is no equilibrium at one of the places, or none that is stable.
+            SolverError: if there is no equilibrium, or none that is stable.
         """
-        films, self.value, self._by_vertices = np.empty_like(near_mm), 0.0, np.zeros_like(near_mm)
-        for index, (world, loss, wanted) in enumerate(zip(self._worlds, self._losses, self._wanted_mm, strict=True)):
-            vertices = films[index] = world.balance(q, near_mm[index])
-            self._linearise(world, q, vertices)
-            loss.at(q, vertices)
-            off = np.zeros_like(vertices)
-            off[:, 2] = vertices[:, 2] - wanted
-            self._by_vertices[index] = self._cost.curve(off)
-            self.value += 0.5 * float((off * self._by_vertices[index]).sum()) + NOISE_WEIGHT * loss.value
-        return films
+        vertices = self._world.balance(q, near_mm)
+        if not self._world.linearise(q, vertices):
+            raise SolverError("on the way up: the equilibrium is not stable.")
+        self._loss.at(q, vertices)
+        off = vertices - self._wanted_mm
+        self._by_vertices = self._cost.curve(off)
+        self.value = 0.5 * float((off * self._by_vertices).sum()) + NOISE_WEIGHT * self._loss.value
+        return vertices
 
     def gradient(self) -> np.ndarray:
         """Return the gradient by the alignment, shape [layers, m, 2]."""
-        whole = 0.0
-        for world, loss, own in zip(self._worlds, self._losses, self._by_vertices, strict=True):
-            by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
-            whole = whole + by_q + world.pull(own + by_vertices)
-        return np.asarray(whole)
+        by_q, by_vertices = (NOISE_WEIGHT * part for part in self._loss.gradient())
+        return by_q + self._world.pull(self._by_vertices + by_vertices)
 
     def push(self, dq: np.ndarray) -> np.ndarray:
-        """Return how the vertices move [mm], shape [places, n, 3], for a change of the alignment."""
-        return np.stack([world.push(dq) for world in self._worlds])
+        """Return how the vertices move [mm], shape [n, 3], for a change of the alignment."""
+        return self._world.push(dq)
 
     def close(self) -> None:
-        """Release the solvers' memory."""
-        for world in self._worlds:
-            world.newton.close()
-
-    def _linearise(self, world: World, q: np.ndarray, vertices_mm: np.ndarray) -> None:
-        if not world.linearise(q, vertices_mm):
-            raise SolverError("on the way up: the equilibrium is not stable.")
+        """Release the solver's memory."""
+        self._world.newton.close()
 
 
 class _Heights:

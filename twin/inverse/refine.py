@@ -74,9 +74,7 @@ class Design:
 class Refinement:
     """Minimises over the design variables; every trial is an equilibrium."""
 
-    def __init__(
-        self, world: World, control: Control, anchor: Anchor, *, weight_per_mm3: float, way_weight: float = 1.0
-    ) -> None:
+    def __init__(self, world: World, control: Control, anchor: Anchor, *, weight_per_mm3: float) -> None:
         """Prepare.
 
         Args:
@@ -84,10 +82,9 @@ class Refinement:
             control: the design variables.
             anchor: what ties the design to the target beside its shape.
             weight_per_mm3: the anchor's weight.
-            way_weight: factor on what a film costs on its way up the ramp, where that counts.
         """
         self._world, self._control, self.anchor = world, control, anchor
-        self.weight_per_mm3, self.way_weight = weight_per_mm3, way_weight
+        self.weight_per_mm3 = weight_per_mm3
         self._damping = 1.0
 
     def design(self, p: np.ndarray, start_mm: np.ndarray, near: Shape | None = None) -> Design:
@@ -132,7 +129,7 @@ class Refinement:
             if trial_number:
                 self._linearise(design)
             damping = self._damping * control.damping
-            dp = conjugate_gradients(
+            dp = _conjugate_gradients(
                 lambda d, own=self._damping, c=damping: model(d, own) + c * d, -gradient, control.precondition
             )
             move = world.push(control.push(p, dp))
@@ -162,7 +159,7 @@ class Refinement:
             raise SolverError("refinement: the design's equilibrium is not stable; start from another seed.")
 
 
-def conjugate_gradients(
+def _conjugate_gradients(
     apply: Callable[[np.ndarray], np.ndarray], right: np.ndarray, precondition: Callable[[np.ndarray], np.ndarray]
 ) -> np.ndarray:
     """Solve a positive definite system roughly: early steps find what matters, an early end regularises."""

@@ -13,8 +13,8 @@ logger = logging.getLogger(__name__)
 
 STEPS = {"coarse": 10, "middle": 7, "passes": 9, "finish": 6}
 """Steps at most in each stage, in `coarse` for each weight of the anchor."""
-ROUNDS = {"coarse": 12, "middle": 3, "passes": 3}
-EVALUATIONS = {"coarse": 25, "middle": 20, "passes": 20}
+ROUNDS = {"coarse": 6, "middle": 2, "passes": 2, "finish": 1}
+EVALUATIONS = {"coarse": 50, "middle": 25, "passes": 25, "finish": 25}
 """Rounds of hardening in each stage of a robust design, and equilibria in each of them."""
 BUDGET_SHARES = {"coarse": 0.25, "middle": 0.4, "passes": 0.65, "finish": 0.85, "limits": 1.0}
 """Share of the budget after which each stage ends: lines and check take the rest."""

@@ -22,7 +22,7 @@ from twin.inverse.field_control import FieldControl
 from twin.inverse.harden import Hardening
 from twin.inverse.mismatch import Mismatch
 from twin.inverse.noise import ProcessErrors
-from twin.inverse.on_the_way import PLACES, OnTheWay
+from twin.inverse.on_the_way import OnTheWay
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
 from twin.inverse.pass_control import PassControl
@@ -77,8 +77,8 @@ class Field:
     """Fundamental forms a*, b* that the film would have on the target, for the anchor, shape [m, 6]."""
     weight_per_mm3: float
     """Weight of the anchor that the design was found with."""
-    way_weight: float
-    """Factor on what the way up the ramp costs."""
+    hold: np.ndarray
+    """Factor on it in each triangle, shape [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,7 +124,7 @@ class Stages:
         control = self._control(triangles, len(flat))
         world = self._world(flat, triangles, control.q(first.u))
         forms = forms_on_target(first.vertices_mm, flat, triangles)
-        refinement = self._refinement(world, control, forms, WEIGHTS_PER_MM3[0], 1.0)
+        refinement = self._refinement(world, control, forms, np.ones(len(triangles)), WEIGHTS_PER_MM3[0])
         go_on = self._search.watcher("coarse", triangles)
         weights = ROBUST_WEIGHTS_PER_MM3 if self._options.robust else WEIGHTS_PER_MM3
         try:
@@ -147,7 +147,7 @@ class Stages:
             vertices_mm=design.shape.vertices_mm,
             forms=forms,
             weight_per_mm3=refinement.weight_per_mm3,
-            way_weight=refinement.way_weight,
+            hold=refinement.anchor.hold,
         )
 
     def middle(self, coarse: Field, weight_per_mm3: float = FIELD_WEIGHTS_PER_MM3[0]) -> Field:
@@ -155,10 +155,10 @@ class Stages:
         flat, triangles = self._mesh(coarse.outline_mm, self._options.middle_triangles)
         carried = carry(coarse.flat_mm, np.hstack((coarse.vertices_mm, *coarse.u)), flat)
         start_mm, u = carried[:, :3], np.stack(np.split(carried[:, 3:], len(coarse.u), axis=1))
-        forms = carry_forms(_centres(coarse.flat_mm, coarse.triangles), coarse.forms, _centres(flat, triangles))
+        forms, hold = _carried_anchor(coarse, flat, triangles)
         control = self._control(triangles, len(flat))
         world = self._world(flat, triangles, control.q(u))
-        refinement = self._refinement(world, control, forms, weight_per_mm3, coarse.way_weight)
+        refinement = self._refinement(world, control, forms, hold, weight_per_mm3)
         go_on = self._search.watcher("middle", triangles)
         try:
             design = self._descended(refinement, world, control, refinement.design(u, start_mm), "middle", go_on)
@@ -173,7 +173,7 @@ class Stages:
             vertices_mm=design.shape.vertices_mm,
             forms=forms,
             weight_per_mm3=refinement.weight_per_mm3,
-            way_weight=refinement.way_weight,
+            hold=refinement.anchor.hold,
         )
 
     def weights_after(self, field: Field) -> list[float]:
@@ -183,7 +183,7 @@ class Stages:
         """
         if field.stage == "middle":
             return [weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > field.weight_per_mm3]
-        first = field.weight_per_mm3 if self._options.robust else FIELD_WEIGHTS_PER_MM3[0]
+        first = max(FIELD_WEIGHTS_PER_MM3[0], field.weight_per_mm3 if self._options.robust else 0.0)
         return [first, *(weight for weight in FIELD_WEIGHTS_PER_MM3 if weight > 2.0 * first)]
 
     def lines(self, field: Field, machine: Machine) -> tuple[TracedLayer, ...]:
@@ -213,8 +213,7 @@ class Stages:
             The passes, and whether the ramp from flat ends in the shape that was designed; where it does not, the shape
             is the ramp's.
         """
-        robust, size = self._options.robust, self._options.pass_triangles
-        flat, triangles = self._check_mesh(field) if robust else self._mesh(field.outline_mm, size)
+        flat, triangles = self._mesh(field.outline_mm, self._options.pass_triangles)
         start = DesignedPasses(
             layers=tuple(layer.passes for layer in traced),
             flat_mm=flat,
@@ -228,11 +227,8 @@ class Stages:
             return self._with_speeds(start, control, design), landed
 
     def finish(self, field: Field, designed: DesignedPasses) -> DesignedPasses:
-        """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film.
-
-        Robust passes have been designed on it.
-        """
-        flat, triangles = self._check_mesh(field)
+        """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film."""
+        flat, triangles = mesh_outline(np.asarray(program_points(field.outline_mm)), self._options.heated.film.mesh_mm)
         start = DesignedPasses(
             layers=designed.layers,
             flat_mm=flat,
@@ -241,10 +237,13 @@ class Stages:
         )
         go_on = self._search.watcher("finish", triangles)
         with self._opened(field, start) as (refinement, world, control, design):
-            weights = (refinement.weight_per_mm3,)
-            design = descend_in_basin(
-                refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
-            )
+            if self._options.robust:
+                design = self._descended(refinement, world, control, design, "finish", go_on)
+            else:
+                weights = (refinement.weight_per_mm3,)
+                design = descend_in_basin(
+                    refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
+                )
             return self._with_speeds(start, control, design)
 
     def _with_speeds(self, start: DesignedPasses, control: PassControl, design: Design) -> DesignedPasses:
@@ -280,10 +279,9 @@ class Stages:
         )
         p = control.start(np.concatenate([pass_contraction(passes, self._calibration) for passes in start.layers]))
         world = self._world(start.flat_mm, start.triangles, control.q(p))
-        there = _centres(start.flat_mm, start.triangles)
-        forms = carry_forms(_centres(field.flat_mm, field.triangles), field.forms, there)
+        forms, hold = _carried_anchor(field, start.flat_mm, start.triangles)
         share = 1.0 if self._options.robust else PASS_WEIGHT_SHARE
-        refinement = self._refinement(world, control, forms, share * field.weight_per_mm3, field.way_weight)
+        refinement = self._refinement(world, control, forms, hold, share * field.weight_per_mm3)
         try:
             yield refinement, world, control, refinement.design(p, start.vertices_mm)
         finally:
@@ -296,10 +294,6 @@ class Stages:
 
     def _film(self, flat_mm: np.ndarray, triangles: np.ndarray, q: np.ndarray) -> Film:
         return film_from_alignment(flat_mm, triangles, q, layer_thickness_mm=self._thickness)
-
-    def _check_mesh(self, field: Field) -> tuple[np.ndarray, np.ndarray]:
-        """Return the mesh that a prediction of the Program would use."""
-        return mesh_outline(np.asarray(program_points(field.outline_mm)), self._options.heated.film.mesh_mm)
 
     def _mesh(self, outline_mm: np.ndarray, triangles: int) -> tuple[np.ndarray, np.ndarray]:
         return mesh_outline(outline_mm, _edge_mm(outline_mm, triangles))
@@ -319,12 +313,12 @@ class Stages:
         return World(self._film(flat_mm, triangles, q), Mismatch(self._target, triangles), self._options.heated)
 
     def _refinement(
-        self, world: World, control: Control, forms: np.ndarray, weight_per_mm3: float, way_weight: float
+        self, world: World, control: Control, forms: np.ndarray, hold: np.ndarray, weight_per_mm3: float
     ) -> Refinement:
         area = world.newton.shell.film.area_mm2
         metric = STIFFENING if self._options.robust else 1.0
-        anchor = Anchor(forms, area, self._thickness, self._activation, metric=metric)
-        return Refinement(world, control, anchor, weight_per_mm3=weight_per_mm3, way_weight=way_weight)
+        anchor = Anchor(forms, area, self._thickness, self._activation, hold=hold, metric=metric)
+        return Refinement(world, control, anchor, weight_per_mm3=weight_per_mm3)
 
     def _descended(
         self,
@@ -357,16 +351,18 @@ class Stages:
         """Make ready to harden the designs of a film."""
         film = world.newton.shell.film
         errors = ProcessErrors(film, self._options.noise, seed=self._options.seed)
-        on_the_way = OnTheWay([self._world(film.flat_mm, film.triangles, film.alignment) for _ in PLACES], errors)
+        on_the_way = OnTheWay(self._world(film.flat_mm, film.triangles, film.alignment), errors)
         try:
             yield Hardening(refinement, world, control, errors, on_the_way)
         finally:
             on_the_way.close()
 
 
-def _centres(flat_mm: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Return the triangles' centres [mm], shape [m, 2]."""
-    return flat_mm[triangles].mean(axis=1)
+def _carried_anchor(field: Field, flat_mm: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a field's forms, [m, 6], and hold, [m], on another mesh of its film."""
+    own = np.column_stack((field.forms, field.hold))
+    carried = carry_forms(field.flat_mm[field.triangles].mean(axis=1), own, flat_mm[triangles].mean(axis=1))
+    return carried[:, :6], carried[:, 6]
 
 
 def _smooth_loop(loop_mm: np.ndarray) -> np.ndarray:
