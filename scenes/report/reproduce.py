@@ -120,7 +120,10 @@ def _noise(result: dict[str, Any]) -> NoiseFlags:
     known = asdict(NoiseFlags())
     # Degrees are kept as radians, and come back with their last digit changed.
     near = {name: known[name] if abs(value - known[name]) < 1e-9 else value for name, value in strays.items()}
-    return NoiseFlags(noise=noise["count"], **near)
+    # a longer edge is that of the prediction's own mesh
+    longer = noise["mesh_mm"] == result["settings"]["film"]["mesh_mm"] > NoiseFlags().noise_mesh_mm
+    mesh_mm = NoiseFlags().noise_mesh_mm if longer else noise["mesh_mm"]
+    return NoiseFlags(noise=noise["count"], noise_mesh_mm=mesh_mm, **near)
 
 
 def _written(flags: dict[str, Any]) -> Iterable[str]:

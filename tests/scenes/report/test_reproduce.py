@@ -94,6 +94,7 @@ def test_what_was_asked_for_besides_is_asked_for_again(small_program):
         score_band={"draws": 5},
         noise={
             "count": 7,
+            "mesh_mm": 0.8,
             "standard_deviations": {
                 "strain": 0.1,
                 "layer_strain": 0.05,
@@ -105,7 +106,7 @@ def test_what_was_asked_for_besides_is_asked_for_again(small_program):
     )
     command = predict_command(result, small_program, "PLAN")
     flags = parsed(command)
-    assert flags["noise"] == NoiseFlags(noise=7, noise_strain=0.1)
+    assert flags["noise"] == NoiseFlags(noise=7, noise_strain=0.1, noise_mesh_mm=0.8)
     assert flags["solver"] == SolverFlags(seeds=3, device="cpu")
     assert (flags["scanner_noise"], flags["target"], flags["calibration_draws"]) == (True, "TARGET", 5)
     assert "--machine MACHINE.toml" in command
