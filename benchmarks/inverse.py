@@ -27,7 +27,7 @@ HEADER = (
     "off director deg, median / 95 % | passes | longest layer min | errors + warnings | to 0.95 s | all s |"
 )
 PASSES = ("passes", "finish")
-NOISE_HEADER = "| target | without noise | 10 % | 50 % | 90 % | RMS mm, 90 % |"
+NOISE_HEADER = "| target | mesh mm | without noise | 10 % | 50 % | 90 % | RMS mm, 90 % |"
 
 
 def row(label: str, made: InverseDesign, wall_s: float) -> str:
@@ -59,7 +59,8 @@ def noise_row(label: str, made: InverseDesign, target: Target, count: int, mesh_
     found = score_noisy_films(made.program, target, InverseOptions().heated, ProcessNoise(), count, mesh_mm=mesh_mm)
     ssim = np.percentile([score.ssim_eq4 for score in found.scores], (10, 50, 90))
     rms = np.percentile([score.rms_mm for score in found.scores], 90)
-    return f"| {label} | {found.planned.ssim_eq4:.3f} | " + " | ".join(f"{v:.3f}" for v in ssim) + f" | {rms:.2f} |"
+    cells = label, f"{found.mesh_mm:g}", *(f"{value:.3f}" for value in (found.planned.ssim_eq4, *ssim)), f"{rms:.2f}"
+    return "| " + " | ".join(cells) + " |"
 
 
 def main() -> None:
@@ -99,8 +100,7 @@ def main() -> None:
     for title, lines in (("Limits:", limits), ("Score over time:", curves)):
         print(f"\n{title}\n", *lines, sep="\n")
     if noisy:
-        title = f"\n{options.noise} noisy films each, mesh of {options.noise_mesh_mm:g} mm:\n"
-        print(title, NOISE_HEADER, "|---" * 6 + "|", *noisy, sep="\n")
+        print(f"\n{options.noise} noisy films each:\n", NOISE_HEADER, "|---" * 7 + "|", *noisy, sep="\n")
     print("", *(f"- {sentence}" for sentence in describe_machine()), sep="\n")
 
 

@@ -1,7 +1,7 @@
 """How far the score of a Program is open because its calibration is not known better."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from planner.calibration import Calibration
 from planner.program import Program
 from planner.target import Target
-from scenes.robustness import MESH_MM, PERCENTILES
+from scenes.robustness import PERCENTILES, for_many_films
 from twin.batch import heat_films
 from twin.film import build_film
 from twin.predict import PredictOptions
@@ -42,24 +42,21 @@ def score_drawn_calibrations(
     Args:
         program: what is scratched; its calibration says how uncertain it is.
         target: what to score against.
-        options: settings of the twin, its seed also that of the draws; the mesh is coarsened to `MESH_MM`, and of
-            several temperatures only the highest counts.
+        options: settings of the twin, its seed also that of the draws; coarsened by
+            `for_many_films`.
         count: number of drawn maps.
         progress: called with the stage's name and the share done, 0 to 1.
 
     Raises:
         SolverError: if a film finds no equilibrium.
     """
-    mesh_mm = max(MESH_MM, options.film.mesh_mm)
-    coarse = replace(
-        options, film=replace(options.film, mesh_mm=mesh_mm), temperature_c=options.hottest_c, temperatures_c=None
-    )
+    coarse = for_many_films(options)
     calibration, rng = Calibration(program.calibration), np.random.default_rng((options.seed, count))
     drawn = [program.model_copy(update={"calibration": calibration.drawn(rng).record}) for _ in range(count)]
     films = [build_film(one, coarse.film) for one in (program, *drawn)]
     shapes = heat_films(films, coarse, progress=progress)
     expected, *scores = (score_surface(shape.top_mm, shape.film.triangles, target).score for shape in shapes)
-    return CalibrationBand(seed=options.seed, mesh_mm=mesh_mm, expected=expected, scores=tuple(scores))
+    return CalibrationBand(seed=options.seed, mesh_mm=coarse.film.mesh_mm, expected=expected, scores=tuple(scores))
 
 
 def band_summary(found: CalibrationBand, name: str) -> dict[str, Any]:

@@ -49,8 +49,8 @@ class NoiseFlags:
     noise_mesh_mm: Annotated[
         float,
         Parameter(
-            help="Edge of those films' triangles [mm], unless --mesh-mm is longer: shorter ones take longer and tell "
-            "what a score without noise tells.",
+            help="Edge of those films' triangles [mm], unless --mesh-mm is longer: shorter ones take longer, "
+            "and the prediction's own makes scores comparable with its.",
             validator=Number(gte=0.05, lte=5.0),
         ),
     ] = 1.2

@@ -34,8 +34,7 @@ from scenes.pictures import (
     draw_target,
 )
 from scenes.report import ReportContents, write_report
-from scenes.robustness import MESH_MM as NOISE_MESH_MM
-from scenes.robustness import Robustness, robustness_summary, score_noisy_films
+from scenes.robustness import MESH_MM, Robustness, robustness_summary, score_noisy_films
 from twin.batch import ProcessNoise
 from twin.bending import bending_radius_mm
 from twin.cycle import back_to_flat_mm, depth_mm, hysteresis_mm, level_mm
@@ -71,7 +70,7 @@ def predict_into(
     seeds: int = 1,
     noisy_films: int = 0,
     noise: ProcessNoise | None = None,
-    noise_mesh_mm: float = NOISE_MESH_MM,
+    noise_mesh_mm: float = MESH_MM,
     calibration_draws: int = 0,
     plan_figures: dict[str, Any] | None = None,
     source: str | Path = "PLAN",

@@ -32,6 +32,16 @@ class Robustness:
     scores: tuple[Score, ...]
 
 
+def for_many_films(options: PredictOptions, mesh_mm: float = MESH_MM) -> PredictOptions:
+    """Return the settings for one temperature, the highest, on a mesh with such edges unless theirs are longer."""
+    return replace(
+        options,
+        film=replace(options.film, mesh_mm=max(mesh_mm, options.film.mesh_mm)),
+        temperature_c=options.hottest_c,
+        temperatures_c=None,
+    )
+
+
 def score_noisy_films(
     program: Program,
     target: Target,
@@ -58,18 +68,14 @@ def score_noisy_films(
         InputError: for noise out of range, or that does not fit the film.
         SolverError: if a film finds no equilibrium.
     """
-    mesh_mm = max(mesh_mm, options.film.mesh_mm)
-    coarse = replace(
-        options,
-        film=replace(options.film, mesh_mm=mesh_mm),
-        temperature_c=options.hottest_c,
-        temperatures_c=None,
-    )
+    coarse = for_many_films(options, mesh_mm)
     film = build_film(program, coarse.film)
     films = [film, *noisy_films(film, noise, count, options.seed)]
     shapes = heat_films(films, coarse, progress=progress)
     planned, *scores = (score_surface(shape.top_mm, film.triangles, target).score for shape in shapes)
-    return Robustness(noise=noise, seed=options.seed, mesh_mm=mesh_mm, planned=planned, scores=tuple(scores))
+    return Robustness(
+        noise=noise, seed=options.seed, mesh_mm=coarse.film.mesh_mm, planned=planned, scores=tuple(scores)
+    )
 
 
 def robustness_summary(found: Robustness) -> dict[str, Any]:

@@ -120,10 +120,7 @@ def _noise(result: dict[str, Any]) -> NoiseFlags:
     known = asdict(NoiseFlags())
     # Degrees are kept as radians, and come back with their last digit changed.
     near = {name: known[name] if abs(value - known[name]) < 1e-9 else value for name, value in strays.items()}
-    # a longer edge is that of the prediction's own mesh
-    longer = noise["mesh_mm"] == result["settings"]["film"]["mesh_mm"] > NoiseFlags().noise_mesh_mm
-    mesh_mm = NoiseFlags().noise_mesh_mm if longer else noise["mesh_mm"]
-    return NoiseFlags(noise=noise["count"], noise_mesh_mm=mesh_mm, **near)
+    return NoiseFlags(noise=noise["count"], noise_mesh_mm=noise["mesh_mm"], **near)
 
 
 def _written(flags: dict[str, Any]) -> Iterable[str]:
