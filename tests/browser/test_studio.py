@@ -286,7 +286,13 @@ def without_token(headers: dict[str, str]) -> dict[str, str]:
 
 
 def with_wrong_token(headers: dict[str, str]) -> dict[str, str]:
-    return {**headers, "Cookie": re.sub(r"(lce_studio_\d+=).", r"\1_", headers["Cookie"])}
+    # Another first character, whatever the token starts with.
+    return {
+        **headers,
+        "Cookie": re.sub(
+            r"(lce_studio_\d+=)(.)", lambda found: found[1] + ("x" if found[2] == "_" else "_"), headers["Cookie"]
+        ),
+    }
 
 
 REFUSED: dict[str, Callable[[dict[str, str]], dict[str, str]]] = {
