@@ -1,5 +1,6 @@
 """The expected loss of a design to noise, and designs that lose less."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -116,10 +117,10 @@ def test_where_a_film_parts_from_a_design_is_remembered(opened, monkeypatch):
     on_the_way = hardening._on_the_way
     softest = on_the_way.begin(design)
     monkeypatch.setattr(on_the_way, "_parted", None)
-    on_the_way.left_by(1.01 * design.q, design)
+    on_the_way.left_by(1.01 * design.q, design.q)
     np.testing.assert_array_equal(on_the_way.begin(design), softest)
     # as good as a flat film: it parts as soon as the design has risen
-    on_the_way.left_by(0.01 * design.q, design)
+    on_the_way.left_by(0.01 * design.q, design.q)
     vertices = on_the_way.begin(design)
     assert on_the_way._world.activation == on_the_way._parted
     assert PARTED_MM < np.ptp(vertices[:, 2]) < 0.9 * np.ptp(softest[:, 2])
@@ -136,8 +137,8 @@ def test_hardening_lowers_the_loss_and_keeps_the_shape(opened):
         return loss.value
 
     way = hardening.harden(design, 12, told.append)
-    assert way[0] is design
-    hardened = way[-1]
+    assert way[0].p is design.p
+    hardened = hardening.measured(way[-1], design)
     assert told[-1] == 1.0
     before, after = loss_of(design), loss_of(hardened)
     assert after < 0.8 * before
@@ -154,10 +155,14 @@ class StandIn:
 
     def harden(self, one, evaluations, progress):
         self.started.append(one)
-        return [one, *(SimpleNamespace(**{**vars(one), "p": one.p + step}) for step in range(1, self.steps + 1))]
+        at = one.shape.vertices_mm
+        return [SimpleNamespace(p=one.p + step, q=one.q + step, vertices_mm=at) for step in range(self.steps + 1)]
 
-    def left_by(self, q, one):
-        self.left.append(one.p)
+    def measured(self, point, near):
+        return SimpleNamespace(**{**vars(near), "p": point.p, "q": point.q})
+
+    def left_by(self, q, meant_q):
+        self.left.append(meant_q)
 
     def noisy(self, one, number):
         return [one.q]
@@ -192,7 +197,7 @@ def test_where_the_own_film_leaves_the_cheapest_step_before_counts(opened, monke
     before, weight = refinement.anchor.hold, refinement.weight_per_mm3
     nowhere, gone = np.zeros(len(world.newton.shell.film.flat_mm)), np.full(len(world.newton.shell.film.flat_mm), 9.0)
     start = design.p.flat[0]
-    monkeypatch.setattr(basin, "_left_mm", lambda _, one, q: gone if one.p.flat[0] - start > 8.5 else nowhere)
+    monkeypatch.setattr(basin, "_left_mm", lambda *found: gone if (found[-1] - design.q).max() > 8.5 else nowhere)
     found = hardened_in_basin(opened, StandIn(10, lambda p: abs(p - start - 4.0)), rounds=1)
     assert found.p.flat[0] - start == pytest.approx(4.0)
     # neither held nor let go
@@ -213,9 +218,9 @@ def test_where_no_step_lands_the_whole_anchor_gets_more(opened, monkeypatch):
 @pytest.mark.parametrize(("leaves_from", "most"), [(9, 1), (6, 4), (1, 4)])
 def test_the_last_step_that_lands_is_found_by_halving(opened, monkeypatch, leaves_from, most):
     world, _, _, _, _ = opened
-    way, asked = [SimpleNamespace(q=number) for number in range(9)], []
+    way, asked = [SimpleNamespace(q=number, vertices_mm=None) for number in range(9)], []
 
-    def left_mm(_, one, q):
+    def left_mm(_, meant_q, meant_mm, q):
         asked.append(q)
         return np.full(3, 2.0 * basin.LEFT_MM * q if q >= leaves_from else 0.0)
 
@@ -231,7 +236,7 @@ def test_a_film_that_cannot_be_heated_has_left_everywhere(opened, monkeypatch):
         raise SolverError("no equilibrium on the way")
 
     monkeypatch.setattr(world, "ramp", fails)
-    assert np.isinf(basin._left_mm(world, design, design.q)).all()
+    assert np.isinf(basin._left_mm(world, design.q, design.shape.vertices_mm, design.q)).all()
 
 
 def test_a_design_that_cannot_be_heated_or_ends_elsewhere_has_no_price(opened, monkeypatch):
@@ -247,9 +252,19 @@ def test_a_design_that_cannot_be_heated_or_ends_elsewhere_has_no_price(opened, m
     snapped = states[-1][0], -states[-1][1]
     with monkeypatch.context() as patched:
         patched.setattr(world, "states", lambda q: [*states[:-1], snapped])
-        assert np.isinf(hardening.price(design))
+        assert np.isinf(hardening.price(replace(design)))
     monkeypatch.setattr(world, "states", fails)
-    assert np.isinf(hardening.price(design))
+    assert np.isinf(hardening.price(replace(design)))
+
+
+def test_a_design_is_heated_once_however_often_it_is_asked_for(opened, monkeypatch):
+    _, _, _, hardening, design = opened
+    one, world = replace(design), hardening._on_the_way._world
+    price, place = hardening.price(one), world.activation
+    monkeypatch.setattr(world, "states", lambda q: pytest.fail("heated twice"))
+    world.activation = 0.1
+    assert hardening.price(one) == pytest.approx(price, rel=1e-9)
+    assert world.activation == place
 
 
 def test_a_round_without_a_step_is_no_film_that_leaves(opened, monkeypatch):

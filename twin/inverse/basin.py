@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from planner.errors import SolverError
 from twin.equilibrium import moved_onto, rigid_distance_mm
-from twin.inverse.harden import LEFT_MM, Hardening
+from twin.inverse.harden import LEFT_MM, Hardening, Point
 from twin.inverse.refine import Design, Refinement
 from twin.inverse.world import World
 
@@ -158,14 +158,15 @@ def harden_in_basin(
             landed = _landed(world, way)
             lost = landed < len(way) - 1
             if lost:
-                hardening.left_by(way[landed + 1].q, way[landed])
+                hardening.left_by(way[landed + 1].q, way[landed].q)
             steps = sorted({landed * part // PARTS for part in range(PARTS + 1)}) if lost else [landed]
-            prices = {step: hardening.price(way[step]) for step in steps if step > 0}
+            found = {step: hardening.measured(way[step], design) for step in steps if step > 0}
+            prices = {step: hardening.price(each) for step, each in found.items()}
             # a step between those that were heated need not land
             landed = min((step for step in prices if np.isfinite(prices[step])), key=prices.__getitem__, default=0)
-            design = way[landed]
+            design = found.get(landed, design)
             films = [] if lost else hardening.noisy(design, number)
-            left = [_left_mm(world, design, q) for q in films]
+            left = [_left_mm(world, design.q, design.shape.vertices_mm, q) for q in films]
         except SolverError as error:
             logger.info("hardening: %s", error)
             break
@@ -179,7 +180,7 @@ def harden_in_basin(
             if best is None or cost <= best[0]:
                 best = cost, design
         if leaving:
-            hardening.left_by(films[int(np.argmax([off_mm.max() for off_mm in left]))], design)
+            hardening.left_by(films[int(np.argmax([off_mm.max() for off_mm in left]))], design.q)
             there = centre_mm[np.any([off_mm >= LEAVING_SHARE * off_mm.max() for off_mm in leaving], axis=0)]
             near = np.exp(-((KDTree(there).query(centre_mm)[0] / HELD_LENGTH_MM) ** 2))
             refinement.anchor.hold = refinement.anchor.hold * (1.0 + (HELD - 1.0) * near)
@@ -192,7 +193,7 @@ def harden_in_basin(
     return design if best is None else best[1]
 
 
-def _landed(world: World, way: Sequence[Design]) -> int:
+def _landed(world: World, way: Sequence[Point]) -> int:
     """Return the last step of a way whose film keeps its shape.
 
     The first step is taken to land. Steps between one that lands and one that does not are halved, no more: a film that
@@ -201,7 +202,7 @@ def _landed(world: World, way: Sequence[Design]) -> int:
     low, high = 0, len(way)
     trial = high - 1
     while high - low > 1:
-        if _left_mm(world, way[trial], way[trial].q).max() > LEFT_MM:
+        if _left_mm(world, way[trial].q, way[trial].vertices_mm, way[trial].q).max() > LEFT_MM:
             high = trial
         else:
             low = trial
@@ -209,16 +210,16 @@ def _landed(world: World, way: Sequence[Design]) -> int:
     return low
 
 
-def _left_mm(world: World, design: Design, q: np.ndarray) -> np.ndarray:
-    """Return how far each vertex of a film ends from where the design's answer to its errors puts it, shape [n].
+def _left_mm(world: World, meant_q: np.ndarray, meant_mm: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Return how far each vertex of a film ends from where the answer of the one meant puts it, shape [n].
 
     Infinitely far where the film cannot be heated.
     """
     try:
-        if not world.linearise(design.q, design.shape.vertices_mm):
+        if not world.linearise(meant_q, meant_mm):
             raise SolverError("the design's equilibrium is not stable.")
-        meant = design.shape.vertices_mm + world.push(q - design.q)
+        meant = meant_mm + world.push(q - meant_q)
         return np.linalg.norm(moved_onto(world.ramp(q), meant) - meant, axis=1)
     except SolverError as error:
         logger.info("a film beside the design: %s", error)
-        return np.full(len(design.shape.vertices_mm), np.inf)
+        return np.full(len(meant_mm), np.inf)

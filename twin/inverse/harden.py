@@ -48,11 +48,16 @@ ENOUGH = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class _Point:
+class Point:
+    """A step of a descent: a design whose film has not been measured."""
+
     p: np.ndarray
     q: np.ndarray
+    """Alignment of the triangles, shape [layers, m, 2]."""
     vertices_mm: np.ndarray
+    """Its equilibrium [mm], shape [n, 3]."""
     way_mm: np.ndarray
+    """The same on its way up the ramp."""
     value: float
     loss: float
     on_the_way: float
@@ -77,9 +82,10 @@ class Hardening:
         """
         self._refinement, self._world, self._control, self._errors = refinement, world, control, errors
         self._on_the_way = on_the_way
+        self._begun: tuple[Design, ExpectedLoss] | None = None
 
-    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Design]:
-        """Return designs of ever less value, from the start on, after about so many evaluations.
+    def harden(self, design: Design, evaluations: int, progress: Callable[[float], None]) -> list[Point]:
+        """Return points of ever less value, from the design on, after about so many evaluations.
 
         Args:
             design: where to start.
@@ -96,7 +102,7 @@ class Hardening:
         anchor, weight = self._refinement.anchor, self._refinement.weight_per_mm3
         slope_there = intended.gradient()
 
-        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> _Point:
+        def point(p: np.ndarray, near_mm: np.ndarray, way_near_mm: np.ndarray) -> Point:
             q = self._control.q(p)
             vertices = self._world.balance(q, near_mm)
             self._linearise(q, vertices)
@@ -106,7 +112,7 @@ class Hardening:
             mismatch = float((moved * (slope_there + 0.5 * intended.curve(moved))).sum())
             energy, by_anchor = anchor.value(q)
             held = weight * energy + self._control.penalty(p)[0]
-            return _Point(
+            return Point(
                 p=p,
                 q=q,
                 vertices_mm=vertices,
@@ -117,7 +123,7 @@ class Hardening:
                 by_anchor=by_anchor,
             )
 
-        def gradient(here: _Point) -> np.ndarray:
+        def gradient(here: Point) -> np.ndarray:
             """Of the point that was evaluated last."""
             by_q, by_vertices = (NOISE_WEIGHT * part for part in loss.gradient())
             by_vertices += slope_there + intended.curve(here.vertices_mm - start)
@@ -159,7 +165,11 @@ class Hardening:
             "hardened: %.4f to %.4f, expected loss %.4f to %.4f, on the way %.4f to %.4f",
             *(first.value, here.value, first.loss, here.loss, first.on_the_way, here.on_the_way),
         )
-        return [design, *(self._refinement.design(each.p, each.vertices_mm, design.shape) for each in way[1:])]
+        return way
+
+    def measured(self, point: Point, near: Design) -> Design:
+        """Return the design of a point, its film registered as that of a design near it at first."""
+        return self._refinement.design(point.p, point.vertices_mm, near.shape)
 
     def price(self, design: Design) -> float:
         """Return what a design costs with noise: dissimilarity, expected loss, and what its way up the ramp does.
@@ -182,10 +192,10 @@ class Hardening:
         logger.info("ssim %.4f, expected loss %.4f, on the way %.4f", ssim, loss.value, on_the_way.value)
         return 1.0 - ssim + NOISE_WEIGHT * loss.value + on_the_way.value
 
-    def left_by(self, q: np.ndarray, design: Design) -> None:
-        """Keep designs from where a film of alignment q parts from a design on its way up the ramp."""
+    def left_by(self, q: np.ndarray, meant_q: np.ndarray) -> None:
+        """Keep designs from where a film of alignment q parts, on its way up, from that which it should stay beside."""
         try:
-            self._on_the_way.left_by(q, design)
+            self._on_the_way.left_by(q, meant_q)
         except SolverError as error:
             logger.info("a film that left: %s", error)
 
@@ -199,9 +209,12 @@ class Hardening:
         return [design.q + worst, design.q - worst, *drawn]
 
     def _loss(self, design: Design) -> ExpectedLoss:
+        """Linearise at a design; return the loss in its soft ways, which are looked for once for each design."""
         self._linearise(design.q, design.shape.vertices_mm)
-        cost = design.shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
-        return ExpectedLoss(self._world, self._errors, cost, design.q)
+        if self._begun is None or self._begun[0] is not design:
+            cost = design.shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
+            self._begun = design, ExpectedLoss(self._world, self._errors, cost, design.q)
+        return self._begun[1]
 
     def _inverse_curvature(self, gradient: np.ndarray, pairs: deque[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
         """Return the approximate inverse of the curvature times a gradient: the two loops of L-BFGS."""

@@ -15,6 +15,7 @@ errors, for a way out of the place where two shapes part. Height and tilt of the
 
 import logging
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,15 @@ State = tuple[float, np.ndarray]
 """An activation and a film's vertices there [mm], shape [n, 3]."""
 
 
+class _Begun(NamedTuple):
+    """What was found out about one design."""
+
+    design: Design
+    parted: float | None
+    activation: float
+    vertices_mm: np.ndarray
+
+
 class OnTheWay:
     """What one design after the other pays for the softest place of its ramp."""
 
@@ -54,11 +64,12 @@ class OnTheWay:
         self._hot = world.activation
         self._cost = _Heights(world)
         self._parted: float | None = None
+        self._begun: _Begun | None = None
         self.end_mm = np.empty(0)
         """Where the ramp of the last design that `begin` was given ends [mm], shape [n, 3]."""
 
-    def left_by(self, q: np.ndarray, design: Design) -> None:
-        """Remember where on the ramp a film of alignment q parts from a design that it ends beside.
+    def left_by(self, q: np.ndarray, meant_q: np.ndarray) -> None:
+        """Remember where on the ramp a film of alignment q parts from that which it should end beside.
 
         Raises:
             SolverError: if one of them cannot be heated from flat.
@@ -66,7 +77,7 @@ class OnTheWay:
         meant_mm = None
         for activation, vertices in self._world.states(q):
             self._world.activation = activation
-            meant_mm = self._world.balance(design.q, vertices if meant_mm is None else meant_mm)
+            meant_mm = self._world.balance(meant_q, vertices if meant_mm is None else meant_mm)
             if rigid_distance_mm(vertices, meant_mm) > PARTED_MM:
                 logger.info("parts from the design at an activation of %.3f", activation)
                 self._parted = activation
@@ -78,7 +89,11 @@ class OnTheWay:
         Raises:
             SolverError: if the film cannot be heated from flat.
         """
-        q, world = design.q, self._world
+        begun, world = self._begun, self._world
+        if begun is not None and begun.design is design and begun.parted == self._parted:
+            world.activation = begun.activation
+            return begun.vertices_mm
+        self._begun, q = None, design.q
         states = world.states(q)
         self.end_mm = states[-1][1]
         vertices = self._softest(q, states) if self._parted is None else self._at_parting(q, states, self._parted)
@@ -87,6 +102,7 @@ class OnTheWay:
         if not world.linearise(q, vertices):
             raise SolverError("on the way up: the equilibrium is not stable.")
         self._loss = ExpectedLoss(world, self._errors, self._cost, q, ways=WAYS)
+        self._begun = _Begun(design, self._parted, world.activation, vertices)
         return vertices
 
     def _at_parting(self, q: np.ndarray, states: Sequence[State], activation: float) -> np.ndarray:
