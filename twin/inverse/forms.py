@@ -29,9 +29,14 @@ def edge_forms(vertices_mm: np.ndarray, triangles: np.ndarray, around: Stencils)
 
 def pull_back(form: np.ndarray, frame: np.ndarray) -> np.ndarray:
     """Express forms on the edge vectors in the orthonormal frame: T^t I T, shapes [m, 3] and [m, 2, 2] -> [m, 3]."""
-    full = np.stack((form[:, (0, 1)], form[:, (1, 2)]), axis=1)
-    pulled = np.einsum("mij,mik,mkl->mjl", frame, full, frame)
-    return np.stack((pulled[:, 0, 0], pulled[:, 0, 1], pulled[:, 1, 1]), axis=1)
+    (x1, y1), (x2, y2) = frame[:, 0].T, frame[:, 1].T
+    i11, i12, i22 = form.T
+    pulled = (
+        i11 * x1 * x1 + 2.0 * i12 * x1 * x2 + i22 * x2 * x2,
+        i11 * x1 * y1 + i12 * (x1 * y2 + x2 * y1) + i22 * x2 * y2,
+        i11 * y1 * y1 + 2.0 * i12 * y1 * y2 + i22 * y2 * y2,
+    )
+    return np.stack(pulled, axis=1)
 
 
 def frames(flat_mm: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -71,27 +71,21 @@ class LayerResponse:
         self.inverse_by_q[..., 2, 0] -= gamma
 
         hot = thickness * stretch**-0.5
-        hot_e = 0.5 * g * thickness * stretch**-1.5
+        self._hot_e = 0.5 * g * thickness * stretch**-1.5
         below = np.cumsum(thickness, axis=0) - thickness
         part = np.clip(0.5 * thickness.sum(axis=0) - below, 0.0, thickness)
-        share = np.divide(part, thickness, out=np.zeros_like(part), where=thickness > 0.0)
-        bottom = np.cumsum(hot, axis=0) - hot - (share * hot).sum(axis=0)
-        inside = 0.5 + np.array(GAUSS_POINTS)
-        self.z = bottom + inside[:, None, None] * hot
-        lower = (np.arange(layers)[:, None] > np.arange(layers)).astype(float)
-        # d z[g, layer] / d hot[k]
-        by_hot = (
-            lower[None, :, :, None] + inside[:, None, None, None] * np.eye(layers)[None, :, :, None] - share[None, None]
-        )
-        self.z_by_e = by_hot * hot_e
+        self._share = np.divide(part, thickness, out=np.zeros_like(part), where=thickness > 0.0)
+        bottom = np.cumsum(hot, axis=0) - hot - (self._share * hot).sum(axis=0)
+        self._inside = (0.5 + np.array(GAUSS_POINTS))[:, None, None]
+        self.z = bottom + self._inside * hot
         self.weight = 0.5 * thickness * ratio[:, None] / len(GAUSS_POINTS)
         self.c, self.c_e = self.weight * stretch, -g * self.weight
         self.unit = unit
         self.constant = 3.0 * len(GAUSS_POINTS) * self.weight.sum(axis=0)
         powers = (np.ones_like(self.z), self.z, self.z**2)
-        self.moments = [
-            np.einsum("lm,glm,lmi->mi", np.broadcast_to(self.weight, e.shape), power, self.inverse) for power in powers
-        ]
+        self._weights = np.stack([self.weight * power.sum(axis=0) for power in powers])
+        """Of the layers in the moments, shape [3, L, m]."""
+        self.moments = np.einsum("plm,lmi->pmi", self._weights, self.inverse)
 
     def energy(self, a: np.ndarray, b: np.ndarray) -> Energy:
         """Return the energy and its derivatives at the forms a and b, each (11, 12, 22), shape [m, 3]."""
@@ -100,16 +94,17 @@ class LayerResponse:
         r = 1.0 / (D - self.z * N + self.z**2 * B)
         value = (M0 * a).sum(-1) - 2.0 * (M1 * b).sum(-1) + (M2 * V2).sum(-1) - self.constant
         value = value + (self.c * D * r**2).sum(axis=(0, 1))
-        stress = self._stress(a, b, r)
-        by_z = 2.0 * self.c * D * r**3 * (N - 2.0 * self.z * B)
-        by_q = np.zeros_like(self.unit)
-        by_e = (self.c_e * D * r**2).sum(axis=0) + np.einsum("glm,glkm->km", by_z, self.z_by_e)
-        for power, V in enumerate((a, -2.0 * b, V2)):
-            direct, stacked = self._moment_weights(power)
-            by_q += direct[..., None] * np.einsum("lmiq,mi->lmq", self.inverse_by_q, V)
-            if power:
-                by_e += np.einsum("lkm,lmi,mi->km", stacked, self.inverse, V)
-        return Energy(value=value, by_form=stress, by_q=by_q + by_e[..., None] * self.unit)
+        return Energy(value=value, by_form=self._stress(a, b, r), by_q=self.energy_by_q(a, b))
+
+    def energy_by_q(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        """Return the derivative of the energy by the alignment vectors alone [mm], shape [L, m, 2]."""
+        D, N, B, V2 = _invariants(a, b)
+        r = 1.0 / (D - self.z * N + self.z**2 * B)
+        along = (np.einsum("lmi,mi->lm", self.inverse, V) for V in (-2.0 * b, V2))
+        by_z = 2.0 * self.c * D * r**3 * (N - 2.0 * self.z * B) + self._moments_by_z(*along)
+        by_e = (self.c_e * D * r**2).sum(axis=0) + self._by_contraction(by_z)
+        by_inverse = np.einsum("plm,pmi->lmi", self._weights, np.stack((a, -2.0 * b, V2)))
+        return np.einsum("lmiq,lmi->lmq", self.inverse_by_q, by_inverse) + by_e[..., None] * self.unit
 
     def stress_by_q(self, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         """Return the derivative of the stress dW/d(a, b) with respect to q [mm], shape [m, 6, L, 2]."""
@@ -124,25 +119,26 @@ class LayerResponse:
             _outer(gN, b) - _outer(gD, V2) - _outer(gB, a)
             + np.concatenate((-B[:, None, None] * identity, N[:, None, None] * identity), axis=1)
         )  # fmt: skip
-        K = (np.concatenate((identity, zero), axis=1), np.concatenate((zero, -2.0 * identity), axis=1), K2)
-        by_e = np.zeros((len(a), 6, len(self.unit)))
-        by_q = np.zeros((len(a), 6, *self.unit.shape[::2]))
-        for power, tensor in enumerate(K):
-            direct, stacked = self._moment_weights(power)
-            by_q += np.einsum("mai,lm,lmiq->malq", tensor, direct, self.inverse_by_q, optimize=True)
-            if power:
-                by_e += np.einsum("mai,lkm,lmi->mak", tensor, stacked, self.inverse, optimize=True)
-        z, c, z_e = self.z, self.c, self.z_by_e
+        K = np.concatenate(
+            (np.concatenate((identity, zero), axis=1), np.concatenate((zero, -2.0 * identity), axis=1), K2), axis=2
+        )
+        count, layers = len(a), len(self.unit)
+        weighted = (self._weights[..., None, None] * self.inverse_by_q).transpose(2, 0, 3, 1, 4)
+        by_q = (K @ weighted.reshape(count, 9, 2 * layers)).reshape(count, 6, layers, 2)
+        inverse = self.inverse.transpose(1, 2, 0)
+        along = ((K[..., part] @ inverse).transpose(1, 2, 0) for part in (slice(3, 6), slice(6, 9)))
+        z, c = self.z, self.c
         scalars_z = (
             c * r * r_z * (2.0 - 6.0 * D * r),
             2.0 * c * D * r**2 * (r + 3.0 * z * r_z),
             -2.0 * c * D * z * r**2 * (2.0 * r + 3.0 * z * r_z),
         )
         scalars_c = (r**2 - 2.0 * D * r**3, 2.0 * D * z * r**3, -2.0 * D * z**2 * r**3)
-        for gradient, of_z, of_c in zip((gD, gN, gB), scalars_z, scalars_c, strict=True):
-            change = np.einsum("glm,glkm->mk", of_z, z_e) + (self.c_e * of_c).sum(axis=0).T
-            by_e += gradient[:, :, None] * change[:, None, :]
-        return by_q + by_e[..., None] * self.unit.swapaxes(0, 1)[:, None]
+        gradients = np.stack((gD, gN, gB)).transpose(2, 0, 1)
+        by_e = np.einsum("asm,slm->alm", gradients, np.stack([(self.c_e * of_c).sum(axis=0) for of_c in scalars_c]))
+        by_e += np.einsum("asm,slm->alm", gradients, np.stack([self._by_contraction(of_z) for of_z in scalars_z]))
+        by_e += self._by_contraction(self._moments_by_z(*along))
+        return by_q + by_e.transpose(2, 0, 1)[..., None] * self.unit.swapaxes(0, 1)[:, None]
 
     def _stress(self, a: np.ndarray, b: np.ndarray, r: np.ndarray) -> np.ndarray:
         D, N, B, V2 = _invariants(a, b)
@@ -156,13 +152,25 @@ class LayerResponse:
         linear = np.concatenate((M0 - (B / D)[:, None] * M2, -2.0 * M1 + (N / D)[:, None] * M2), axis=1)
         return linear + fD[:, None] * gD + fN[:, None] * gN + fB[:, None] * gB
 
-    def _moment_weights(self, power: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return weights of d inverse/dq in the moment, [L, m], and of inverse[l] in its change by e[k], [L, L, m]."""
-        weight = np.broadcast_to(self.weight, self.unit.shape[:2])
-        direct = weight * (self.z**power).sum(axis=0)
-        if power == 0:
-            return direct, np.empty(0)
-        return direct, weight[:, None] * power * np.einsum("glm,glkm->lkm", self.z ** (power - 1), self.z_by_e)
+    def _moments_by_z(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return the derivative by the heights, [..., 2, L, m], of what depends on the moments of powers 1 and 2.
+
+        Args:
+            first: derivative by what z multiplies in the first moment, for each layer, shape [..., L, m].
+            second: the same of the second one.
+        """
+        return self.weight * (first[..., None, :, :] + 2.0 * self.z * second[..., None, :, :])
+
+    def _by_contraction(self, by_z: np.ndarray) -> np.ndarray:
+        """Return the derivative by e, [..., L, m], of what has this one by the heights of Gauss points, [..., 2, L, m].
+
+        With the layers' hot thickness t, dz[g, l] / dt[k] is 1 for k < l, plus the point's own place inside for k = l,
+        less the share of layer k that is below the middle.
+        """
+        whole = by_z.sum(axis=-3)
+        above = whole[..., ::-1, :].cumsum(axis=-2)[..., ::-1, :] - whole
+        own = (self._inside * by_z).sum(axis=-3)
+        return self._hot_e * (above + own - self._share * whole.sum(axis=-2, keepdims=True))
 
 
 def _invariants(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

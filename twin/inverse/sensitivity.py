@@ -7,6 +7,8 @@ At an equilibrium x(q) the gradient of the energy vanishes, so with its Hessian 
 one solve each with a matrix that Newton's method factorises anyway.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from twin.equilibrium import Newton
@@ -41,7 +43,8 @@ class Sensitivity:
         """
         shell = self._newton.shell
         film = shell.film
-        layers, a, b = self._layers_at(vertices_mm, q, activation)
+        a, b = self._forms(vertices_mm)
+        layers = self._layers(q, activation)
         by_q = film.area_mm2[:, None, None] * layers.stress_by_q(a, b).reshape(len(a), 6, -1)
         _, _, values = shell.hessian(vertices_mm)
         # [m, slots and axes, layers and components]
@@ -50,15 +53,17 @@ class Sensitivity:
         return self._newton.system.factorize(values)
 
     def forces(
-        self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Return dE/dx, [n, 3], and dE/dq, [layers, m, 2], of the film that the solver's shell has been taught.
+        self, states_mm: Sequence[np.ndarray], q: np.ndarray, activation: float | np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return dE/dx, [n, 3], and dE/dq, [layers, m, 2], in states of the film that the solver's shell was taught.
 
         The arguments are those of `at`, but the vertices need not be in balance; what `at` prepared stays.
         """
-        layers, a, b = self._layers_at(vertices_mm, q, activation)
-        shell = self._newton.shell
-        return shell.gradient(vertices_mm)[1], shell.film.area_mm2[:, None] * layers.energy(a, b).by_q
+        layers, shell = self._layers(q, activation), self._newton.shell
+        return [
+            (shell.gradient(state)[1], shell.film.area_mm2[:, None] * layers.energy_by_q(*self._forms(state)))
+            for state in states_mm
+        ]
 
     def push(self, dq: np.ndarray) -> np.ndarray:
         """Return how the vertices move [mm] for a change of q, shape [layers, m, 2] -> [n, 3]."""
@@ -78,14 +83,14 @@ class Sensitivity:
         """Return -H^-1 dJ/dx, shape [n, 3]."""
         return -self._solve(by_vertices)
 
-    def _layers_at(
-        self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray
-    ) -> tuple[LayerResponse, np.ndarray, np.ndarray]:
-        """Return the layers' response and the triangles' forms a and b, each [m, 3]."""
+    def _layers(self, q: np.ndarray, activation: float | np.ndarray) -> LayerResponse:
         film = self._newton.shell.film
-        first, second = edge_forms(vertices_mm, film.triangles, self._around)
-        layers = LayerResponse(q, film.layer_thickness_mm, activation=activation, modulus_ratio=film.modulus_ratio)
-        return layers, pull_back(first, self._frame), pull_back(second, self._frame)
+        return LayerResponse(q, film.layer_thickness_mm, activation=activation, modulus_ratio=film.modulus_ratio)
+
+    def _forms(self, vertices_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the triangles' forms a and b, each [m, 3]."""
+        first, second = edge_forms(vertices_mm, self._newton.shell.film.triangles, self._around)
+        return pull_back(first, self._frame), pull_back(second, self._frame)
 
     def _solve(self, force: np.ndarray) -> np.ndarray:
         system = self._newton.system

@@ -1,5 +1,6 @@
 """One film of a design: its equilibrium, and how that answers to the design."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -113,13 +114,13 @@ class World:
         """Return the adjoint of a function with this gradient by the vertices, shape [n, 3]."""
         return self._sensitivity.adjoint(by_vertices)
 
-    def forces(self, q: np.ndarray, vertices_mm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def forces(self, q: np.ndarray, states_mm: Sequence[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return the derivatives of the energy by the vertices, [n, 3], and by the alignment, [layers, m, 2].
 
-        The state need not be in balance, and what was linearised stays.
+        The states, vertices [mm] of shape [n, 3] each, need not be in balance, and what was linearised stays.
         """
         self._teach(q)
-        return self._sensitivity.forces(vertices_mm, q, self.activation)
+        return self._sensitivity.forces(states_mm, q, self.activation)
 
     def _teach(self, q: np.ndarray) -> Shell:
         shell = self.newton.shell
