@@ -30,6 +30,8 @@ class Robustness:
     planned: Score
     """Without noise."""
     scores: tuple[Score, ...]
+    contraction: tuple[float, ...]
+    """Contraction of each film over the planned one's, both averaged over their layers and area."""
 
 
 def for_many_films(options: PredictOptions, mesh_mm: float = MESH_MM) -> PredictOptions:
@@ -72,9 +74,15 @@ def score_noisy_films(
     film = build_film(program, coarse.film)
     films = [film, *noisy_films(film, noise, count, options.seed)]
     shapes = heat_films(films, coarse, progress=progress)
+    whole = [own.area_mm2 @ own.contraction.sum(axis=0) for own in films]
     planned, *scores = (score_surface(shape.top_mm, film.triangles, target).score for shape in shapes)
     return Robustness(
-        noise=noise, seed=options.seed, mesh_mm=coarse.film.mesh_mm, planned=planned, scores=tuple(scores)
+        noise=noise,
+        seed=options.seed,
+        mesh_mm=coarse.film.mesh_mm,
+        planned=planned,
+        scores=tuple(scores),
+        contraction=tuple(float(own / whole[0]) if whole[0] else 1.0 for own in whole[1:]),
     )
 
 
@@ -90,6 +98,7 @@ def robustness_summary(found: Robustness) -> dict[str, Any]:
         "standard_deviations": deviations,
         "without_noise": {name: getattr(found.planned, name) for name in values},
         **values,
+        "contraction_share": list(found.contraction),
         "percentiles": {
             name: dict(zip(map(str, PERCENTILES), np.percentile(own, PERCENTILES), strict=True))
             for name, own in values.items()

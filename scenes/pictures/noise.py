@@ -11,21 +11,27 @@ from twin.score import Score
 LEAST_BINS = 8
 
 
-def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, caption: str) -> None:
-    """Draw histograms of similarity and RMS into a PNG.
+def draw_noise(
+    path: str | Path, scores: Sequence[Score], planned: Score, contraction: Sequence[float], *, caption: str
+) -> None:
+    """Draw histograms of similarity and RMS, and similarity over contraction, into a PNG.
+
+    The contraction is the one error that a strip of the same ink shows before the film is made: where it decides, a
+    better measured calibration helps.
 
     Args:
         path: File to write, whole or not at all.
         scores: Of the noisy films.
         planned: Of the film as planned, on the same mesh.
+        contraction: Of the noisy films, over that of the planned one.
         caption: Written below: which noise, which mesh.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 4.6), dpi=120, layout="constrained")
+    figure = Figure(figsize=(14.0, 4.6), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(1, 2)
+    *panels, over = figure.subplots(1, 3)
     bins = max(LEAST_BINS, int(np.sqrt(len(scores))))
     for axes, name, label in zip(panels, ("ssim_eq4", "rms_mm"), ("SSIM, Eq. 4 [1]", "RMS distance [mm]"), strict=True):
         values = np.array([getattr(score, name) for score in scores])
@@ -39,6 +45,11 @@ def draw_noise(path: str | Path, scores: Sequence[Score], planned: Score, *, cap
         axes.set_ylabel("films", fontsize=12)
         axes.legend(fontsize=10)
         axes.yaxis.get_major_locator().set_params(integer=True)
+    over.scatter(100.0 * np.asarray(contraction), [score.ssim_eq4 for score in scores], color="#2f5d8a", label="noisy")
+    over.scatter([100.0], [planned.ssim_eq4], color="black", marker="x", label="without noise")
+    over.set_xlabel("contraction of the whole film [% of the plan]", fontsize=12)
+    over.set_ylabel("SSIM, Eq. 4 [1]", fontsize=12)
+    over.legend(fontsize=10)
     figure.suptitle(f"Scores of {len(scores)} films with errors of the process", fontsize=14)
     figure.supxlabel(caption, fontsize=11)
     with whole_file(path) as scratch:

@@ -152,6 +152,9 @@ def test_films_with_noise_are_scored_told_and_drawn(lce, planned, tmp_path, no_p
     for name in ("ssim_eq4", "rms_mm"):
         assert len(set(noise[name])) == 3
         assert noise["percentiles"][name]["50"] == sorted(noise[name])[1]
+    # one error of a tenth for the whole film, of a twentieth for each of four layers
+    assert len(set(noise["contraction_share"])) == 3
+    assert all(0.6 < share < 1.4 for share in noise["contraction_share"])
     assert re.search(
         r"3 noisy films on a mesh of 1.5 mm: SSIM \(Eq. 4\) 0\.\d+, 0\.\d+, 0\.\d+ at 10, 50, 90 %", ran.out
     )
