@@ -57,25 +57,23 @@ class ExpectedLoss:
         """
         self._world, self._errors = world, errors
         changes = errors.examples(q)
-        moves = [world.push(change) for change in changes]
+        moves = world.push(np.stack(changes))
         costs = [cost.curve(move) for move in moves]
         gram = np.array([[float((move * c).sum()) for c in costs] for move in moves])
         values, mixes = np.linalg.eigh(gram)
         kept = np.flatnonzero(values > 1e-9 * values[-1])[::-1][:ways]
         self.worst = np.tensordot(mixes[:, -1], changes, axes=1)
         """What one standard deviation of the mix of errors that costs most changes, shape [layers, m, 2]."""
-        self._costs = [
-            sum(part * c for part, c in zip(mixes[:, k], costs, strict=True)) / np.sqrt(values[k]) for k in kept
-        ]
+        self._costs = np.stack([np.tensordot(mixes[:, k], costs, axes=1) / np.sqrt(values[k]) for k in kept])
         logger.info("soft ways: %.3f of the expected loss %.4f", values[kept].sum() / values.sum(), values.sum() / 2.0)
         self.value = 0.0
 
     def at(self, q: np.ndarray, vertices_mm: np.ndarray) -> None:
         """Work out the loss of a design: alignment [layers, m, 2] and equilibrium [mm], shape [n, 3]."""
         self._q, self._vertices = q, vertices_mm
-        found = [self._errors.variance(q, self._world.pull(cost)) for cost in self._costs]
+        found = [self._errors.variance(q, s) for s in self._world.pull(self._costs)]
         self.value = 0.5 * sum(value for value, _, _ in found)
-        self._spread = [spread for _, spread, _ in found]
+        self._spread = np.stack([spread for _, spread, _ in found])
         self._by_q = np.sum([by_q for _, _, by_q in found], axis=0)
 
     def gradient(self) -> tuple[np.ndarray, np.ndarray]:
@@ -84,8 +82,8 @@ class ExpectedLoss:
         The whole gradient by q is the first plus what `World.pull` makes of the second.
         """
         by_q, by_vertices = self._by_q.copy(), np.zeros_like(self._vertices)
-        for spread, cost in zip(self._spread, self._costs, strict=True):
-            adjoint, move = self._world.adjoint(cost), self._world.push(spread)
+        adjoints, moves = self._world.adjoint(self._costs), self._world.push(self._spread)
+        for spread, adjoint, move in zip(self._spread, adjoints, moves, strict=True):
             k = 1.0 / max(np.abs(move).max() / STEP_MM, np.abs(spread).max() / STEP_Q, 1e-300)
             h = STEP_MM / max(np.abs(adjoint).max(), 1e-300)
             for one in (1.0, -1.0):

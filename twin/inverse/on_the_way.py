@@ -114,14 +114,14 @@ class OnTheWay:
     def _softest(self, q: np.ndarray, states: Sequence[State]) -> np.ndarray:
         """Go to where noise moves the film farthest, to first order."""
         world = self._world
-        examples, found = self._errors.examples(q), []
+        examples, found = np.stack(self._errors.examples(q)), []
         for activation, near_mm in states:
             if not FIRST * self._hot <= activation <= LAST * self._hot:
                 continue
             world.activation = activation
             vertices = world.balance(q, near_mm)
             if world.linearise(q, vertices):
-                variance = sum(self._cost.flattened(world.push(change)[:, 2]) ** 2 for change in examples)
+                variance = sum(self._cost.flattened(move[:, 2]) ** 2 for move in world.push(examples))
                 found.append((float(np.sqrt(np.max(variance))), activation, vertices))
         if not found:
             raise SolverError("on the way up: no stable equilibrium.")

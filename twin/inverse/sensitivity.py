@@ -10,6 +10,7 @@ one solve each with a matrix that Newton's method factorises anyway.
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.sparse as sp
 
 from twin.equilibrium import Newton
 from twin.inverse.forms import edge_forms, frames, pull_back
@@ -31,6 +32,11 @@ class Sensitivity:
         self._frame = frames(film.flat_mm, film.triangles)
         # absent neighbours have no derivatives: any vertex may stand in for them
         self._slots = np.where(self._around.vertices >= 0, self._around.vertices, 0)
+        free_axes = (3 * self._slots[..., None] + np.arange(3)).ravel()
+        count = len(free_axes)
+        self._gather = sp.csr_matrix(
+            (np.ones(count), (free_axes, np.arange(count))), shape=(3 * len(film.flat_mm), count)
+        )
         self._mixed = np.empty(0)
 
     def at(self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray) -> bool:
@@ -66,22 +72,25 @@ class Sensitivity:
         ]
 
     def push(self, dq: np.ndarray) -> np.ndarray:
-        """Return how the vertices move [mm] for a change of q, shape [layers, m, 2] -> [n, 3]."""
-        flat = np.ascontiguousarray(dq.swapaxes(0, 1)).reshape(len(self._slots), -1)
-        force = np.einsum("tap,tp->ta", self._mixed, flat).reshape(*self._slots.shape, 3)
-        slots, count = self._slots.ravel(), self._newton.shell.vertex_count
-        total = np.stack([np.bincount(slots, force[..., axis].ravel(), count) for axis in range(3)], axis=1)
-        return self.adjoint(total)
+        """Return how the vertices move [mm] for changes of q, shape [..., layers, m, 2] -> [..., n, 3]."""
+        changes = dq.reshape(-1, *dq.shape[-3:]).transpose(2, 1, 3, 0)
+        force = self._mixed @ changes.reshape(len(changes), -1, changes.shape[-1])
+        total = self._gather @ force.reshape(-1, force.shape[-1])
+        return self.adjoint(total.T.reshape(*dq.shape[:-3], -1, 3))
 
     def pull(self, by_vertices: np.ndarray) -> np.ndarray:
-        """Return dJ/dq, shape [layers, m, 2], for the gradient dJ/dx of a function, shape [n, 3]."""
-        adjoint = self.adjoint(by_vertices)[self._slots].reshape(len(self._slots), -1)
-        by_q = np.einsum("tap,ta->tp", self._mixed, adjoint)
-        return by_q.reshape(len(by_q), -1, 2).swapaxes(0, 1)
+        """Return dJ/dq, shape [..., layers, m, 2], for the gradients dJ/dx of functions, shape [..., n, 3]."""
+        adjoints = self.adjoint(by_vertices).reshape(-1, by_vertices.shape[-2], 3)[:, self._slots]
+        adjoints = adjoints.reshape(len(adjoints), len(self._slots), -1)
+        by_q = self._mixed.swapaxes(1, 2) @ adjoints.transpose(1, 2, 0)
+        by_q = by_q.reshape(len(by_q), -1, 2, len(adjoints)).transpose(3, 1, 0, 2)
+        return by_q.reshape(*by_vertices.shape[:-2], *by_q.shape[1:])
 
     def adjoint(self, by_vertices: np.ndarray) -> np.ndarray:
-        """Return -H^-1 dJ/dx, shape [n, 3]."""
-        return -self._solve(by_vertices)
+        """Return -H^-1 dJ/dx, shapes [..., n, 3]: many at once take little longer than one."""
+        system = self._newton.system
+        forces = np.where(system.free, by_vertices.reshape(-1, by_vertices.shape[-2] * 3), 0.0)
+        return -system.solver.solve(forces.T).T.reshape(by_vertices.shape)
 
     def _layers(self, q: np.ndarray, activation: float | np.ndarray) -> LayerResponse:
         film = self._newton.shell.film
@@ -91,7 +100,3 @@ class Sensitivity:
         """Return the triangles' forms a and b, each [m, 3]."""
         first, second = edge_forms(vertices_mm, self._newton.shell.film.triangles, self._around)
         return pull_back(first, self._frame), pull_back(second, self._frame)
-
-    def _solve(self, force: np.ndarray) -> np.ndarray:
-        system = self._newton.system
-        return system.solve(np.where(system.free, force.ravel(), 0.0))

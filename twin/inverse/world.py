@@ -103,15 +103,15 @@ class World:
         return self._sensitivity.at(vertices_mm, q, self.activation)
 
     def push(self, dq: np.ndarray) -> np.ndarray:
-        """Return how the vertices move [mm], shape [n, 3], for a change of the alignment."""
+        """Return how the vertices move [mm], shape [..., n, 3], for changes of the alignment, [..., layers, m, 2]."""
         return self._sensitivity.push(dq)
 
     def pull(self, by_vertices: np.ndarray) -> np.ndarray:
-        """Return the gradient by the alignment of a function with this gradient by the vertices [n, 3]."""
+        """Return the gradients by the alignment of functions with these gradients by the vertices, [..., n, 3]."""
         return self._sensitivity.pull(by_vertices)
 
     def adjoint(self, by_vertices: np.ndarray) -> np.ndarray:
-        """Return the adjoint of a function with this gradient by the vertices, shape [n, 3]."""
+        """Return the adjoints of functions with these gradients by the vertices, shape [..., n, 3]."""
         return self._sensitivity.adjoint(by_vertices)
 
     def forces(self, q: np.ndarray, states_mm: Sequence[np.ndarray]) -> list[tuple[np.ndarray, np.ndarray]]:
