@@ -31,7 +31,7 @@ class InverseFlags:
     robust: Annotated[
         bool,
         Parameter(
-            help="Lower what errors of the process are expected to cost, for a little score without them and eight "
+            help="Lower what errors of the process are expected to cost, for a little score without them and ten "
             "times the time."
         ),
     ] = False

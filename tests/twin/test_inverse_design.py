@@ -64,6 +64,16 @@ def test_the_search_is_told_as_it_goes(made, kept):
     assert np.all(np.diff([moment.elapsed_s for moment in made.history]) > 0.0)
 
 
+def test_passes_that_snap_on_the_last_mesh_are_made_again_of_fields_with_more_weight(cap, kept, made, monkeypatch):
+    ramps = iter([True, False, True, True])
+    monkeypatch.setattr(stages, "ramped", lambda refinement, world, design: (design, next(ramps)))
+    monkeypatch.setattr(stages, "STEPS", dict.fromkeys(stages.STEPS, 1))
+    again = []
+    design_inverse(cap, options=SMALL, keep=again.append, resume=kept[0])
+    assert [field.weight_per_mm3 for field in again] == list(stages.FIELD_WEIGHTS_PER_MM3[:2])
+    assert next(ramps, None) is None
+
+
 def test_bad_settings_are_told_together():
     with pytest.raises(InputError) as caught:
         InverseOptions(stack=cast(Any, "some"), budget_s=-1.0, seed=-1, coarse_triangles=3).check()

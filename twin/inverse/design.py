@@ -136,13 +136,14 @@ def design_inverse(
         search.report("lines", 0.0)
         traced = stages.lines(field, machine)
         designed, landed = stages.passes(field, traced)
-        if landed or not weights or not search.time_for("passes"):
+        again = bool(weights) and search.time_for("passes")
+        if search.time_for("passes") and (landed or not again):
+            designed, landed = stages.finish(field, designed, recover=not again)
+        if landed or not again or not search.time_for("passes"):
             break
         logger.info("the passes snap on their way from flat: fields with more weight on the anchor")
         field = stages.middle(field, weights.pop(0))
         keep(field)
-    if search.time_for("passes"):
-        designed = stages.finish(field, designed)
     program = _program(target, calibration, machine, options, field.outline_mm, designed.layers)
     search.report("check", 0.0)
     shape = predict(program, options.heated, progress=lambda stage, share: search.report("check", share))

@@ -31,7 +31,7 @@ class InverseOptions:
     pass_triangles: int = 10_000
     """Size of the mesh on which the passes are optimised."""
     robust: bool = False
-    """Whether what noise is expected to cost is lowered too, for a little score without it and eight times the time."""
+    """Whether what noise is expected to cost is lowered too, for a little score without it and ten times the time."""
     noise: ProcessNoise = field(default_factory=ProcessNoise)
     """Standard deviations of the errors that a robust design is made for."""
     budget_s: float | None = None

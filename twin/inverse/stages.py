@@ -226,8 +226,17 @@ class Stages:
             design, landed = ramped(refinement, world, design)
             return self._with_speeds(start, control, design), landed
 
-    def finish(self, field: Field, designed: DesignedPasses) -> DesignedPasses:
-        """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film."""
+    def finish(self, field: Field, designed: DesignedPasses, *, recover: bool) -> tuple[DesignedPasses, bool]:
+        """Go on on the mesh of the check: a coarser one's ramp may end in another shape of the film.
+
+        Args:
+            field: that the passes trace.
+            designed: the passes.
+            recover: whether to make the best of another shape if the ramp ends in one.
+
+        Returns:
+            The passes, and whether the ramp from flat ends in the shape that was designed, or was made the best of.
+        """
         flat, triangles = mesh_outline(np.asarray(program_points(field.outline_mm)), self._options.heated.film.mesh_mm)
         start = DesignedPasses(
             layers=designed.layers,
@@ -237,14 +246,18 @@ class Stages:
         )
         go_on = self._search.watcher("finish", triangles)
         with self._opened(field, start) as (refinement, world, control, design):
+            landed = True
             if self._options.robust:
                 design = self._descended(refinement, world, control, design, "finish", go_on)
-            else:
+            elif recover:
                 weights = (refinement.weight_per_mm3,)
                 design = descend_in_basin(
                     refinement, world, design, weights_per_mm3=weights, steps=STEPS["finish"], go_on=go_on
                 )
-            return self._with_speeds(start, control, design)
+            else:
+                design = descend(refinement, design, steps=STEPS["finish"], go_on=go_on)
+                design, landed = ramped(refinement, world, design)
+            return self._with_speeds(start, control, design), landed
 
     def _with_speeds(self, start: DesignedPasses, control: PassControl, design: Design) -> DesignedPasses:
         counts = np.cumsum([sum(len(stroke.speed_mm_s) for stroke in passes) for passes in start.layers])[:-1]
