@@ -42,8 +42,7 @@ def score_drawn_calibrations(
     Args:
         program: what is scratched; its calibration says how uncertain it is.
         target: what to score against.
-        options: settings of the twin, its seed also that of the draws; coarsened by
-            `for_many_films`.
+        options: settings of the twin, its seed also that of the draws; coarsened by `for_many_films`.
         count: number of drawn maps.
         progress: called with the stage's name and the share done, 0 to 1.
 

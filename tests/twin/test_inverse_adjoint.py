@@ -35,6 +35,11 @@ def test_gradient_through_the_equilibrium_is_that_of_differences(support):
     weight, dq = rng.normal(size=x.shape), 0.01 * rng.normal(size=q.shape)
     gradient = float((sensitivity.pull(weight) * dq).sum())
     assert float((sensitivity.push(dq) * weight).sum()) == pytest.approx(gradient, rel=1e-9)
+    # many at once are those one by one
+    for found, one in zip(sensitivity.push(np.stack((dq, 2.0 * q))), (dq, 2.0 * q), strict=True):
+        np.testing.assert_allclose(found, sensitivity.push(one), rtol=1e-9, atol=1e-12)
+    for found, one in zip(sensitivity.pull(np.stack((weight, x))), (weight, x), strict=True):
+        np.testing.assert_allclose(found, sensitivity.pull(one), rtol=1e-9, atol=1e-12)
 
     def difference(step):
         return float(((settled(q + step * dq) - settled(q - step * dq)) * weight).sum()) / (2.0 * step)

@@ -53,8 +53,11 @@ class HeldSystem:
             shift *= 4.0
 
     def solve(self, force: np.ndarray) -> np.ndarray:
-        """Return the displacement under a force, shape [3 n] -> [n, 3], by the last factorisation."""
-        return self.solver.solve(force).reshape(-1, 3)
+        """Return the displacements under forces by the last factorisation: [3 n] -> [n, 3], [k, 3 n] -> [k, n, 3].
+
+        Many at once take little longer than one.
+        """
+        return self.solver.solve(force.T).T.reshape(*force.shape[:-1], -1, 3)
 
     def softest_mode(self, values: np.ndarray) -> np.ndarray:
         """Return the mode of the lowest eigenvalue, shape [n, 3], its longest vector of length 1."""

@@ -136,8 +136,9 @@ def design_inverse(
         search.report("lines", 0.0)
         traced = stages.lines(field, machine)
         designed, landed = stages.passes(field, traced)
-        again = bool(weights) and search.time_for("passes")
-        if search.time_for("passes") and (landed or not again):
+        time_left = search.time_for("passes")
+        again = bool(weights) and time_left
+        if time_left and (landed or not again):
             designed, landed = stages.finish(field, designed, recover=not again)
         if landed or not again or not search.time_for("passes"):
             break

@@ -32,11 +32,9 @@ class Sensitivity:
         self._frame = frames(film.flat_mm, film.triangles)
         # absent neighbours have no derivatives: any vertex may stand in for them
         self._slots = np.where(self._around.vertices >= 0, self._around.vertices, 0)
-        free_axes = (3 * self._slots[..., None] + np.arange(3)).ravel()
-        count = len(free_axes)
-        self._gather = sp.csr_matrix(
-            (np.ones(count), (free_axes, np.arange(count))), shape=(3 * len(film.flat_mm), count)
-        )
+        places = (3 * self._slots[..., None] + np.arange(3)).ravel()
+        count = len(places)
+        self._gather = sp.csr_matrix((np.ones(count), (places, np.arange(count))), shape=(3 * len(film.flat_mm), count))
         self._mixed = np.empty(0)
 
     def at(self, vertices_mm: np.ndarray, q: np.ndarray, activation: float | np.ndarray) -> bool:
@@ -87,10 +85,10 @@ class Sensitivity:
         return by_q.reshape(*by_vertices.shape[:-2], *by_q.shape[1:])
 
     def adjoint(self, by_vertices: np.ndarray) -> np.ndarray:
-        """Return -H^-1 dJ/dx, shapes [..., n, 3]: many at once take little longer than one."""
+        """Return -H^-1 dJ/dx, shapes [..., n, 3]."""
         system = self._newton.system
         forces = np.where(system.free, by_vertices.reshape(-1, by_vertices.shape[-2] * 3), 0.0)
-        return -system.solver.solve(forces.T).T.reshape(by_vertices.shape)
+        return -system.solve(forces).reshape(by_vertices.shape)
 
     def _layers(self, q: np.ndarray, activation: float | np.ndarray) -> LayerResponse:
         film = self._newton.shell.film
