@@ -22,6 +22,7 @@ import warp as wp
 
 wp.set_module_options({"enable_backward": False})
 
+vec5 = wp.types.vector(length=5, dtype=wp.float64)
 vec6 = wp.types.vector(length=6, dtype=wp.float64)
 mat66 = wp.types.matrix(shape=(6, 6), dtype=wp.float64)
 mat63 = wp.types.matrix(shape=(6, 3), dtype=wp.float64)
@@ -87,6 +88,16 @@ class Response:
     """Area times d2W/d(a, b)^2, shape [T]."""
     strain: wp.array2d(dtype=mat63)
     """d(a, b)/dq of each of the six stencil vertices, shape [T, 6]."""
+
+
+@wp.struct
+class Bending:
+    """What the blocks of a triangle's bending stiffness share, for edge i and its slots j, see `slot_vertex`."""
+
+    edge: wp.array2d(dtype=vec3)
+    """1 / |s| [1], w.n along the mid-edge normal, and what is left of w along the own normal, shape [T, 3]."""
+    slot: wp.array2d(dtype=vec5)
+    """n.g, n.g', p.g, p.g' with what is left of w, p, and dw/dq: its coefficient of the identity, shape [T, 12]."""
 
 
 @wp.func
@@ -514,27 +525,36 @@ def membrane_geometric(topology: Topology, stress: vec6, t: int, k: int, l: int,
 
 
 @wp.func
-def normal_second(u: vec3, m: vec3, gk: vec3, gl: vec3) -> mat33:
-    """Second derivative of u.m (unit normal m of one triangle) with respect to vertices k and l."""
-    return (
-        wp.outer(m, gk) * wp.dot(u, gl)
-        + wp.outer(gl, m) * wp.dot(u, gk)
-        - wp.outer(m, m) * (wp.dot(u, m) * wp.dot(gk, gl))
-    )
+def slot_vertex(i: int, j: int) -> int:
+    """Stencil vertex of slot j (0..3) of edge i: the triangle's own three, then the one across."""
+    if j < 3:
+        return j
+    return 3 + i
 
 
-@wp.func
-def bending_geometric(
-    topology: Topology, geometry: Geometry, q: wp.array(dtype=wp.vec3d), bend: vec3, t: int, k: int, l: int
-) -> mat33:
-    """Block (k, l) of sum_j bend_j d2 b_j / dq dq, where sum_j bend_j b_j = sum_i w_i . n_i."""
+@wp.kernel
+def edge_bending(
+    topology: Topology,
+    geometry: Geometry,
+    response: Response,
+    q: wp.array(dtype=wp.vec3d),
+    worlds: wp.array(dtype=wp.int32),
+    each: int,
+    first: int,
+    bending: Bending,
+):
+    """Write what all blocks of a triangle share in the second derivatives of its mid-edge normals.
+
+    With s = m + m' the sum of the normals on both sides of edge i, n = s / |s| and w_i = d(stress.b)/dn_i; at the
+    boundary n = m.
+    """
+    t = place_of(first + wp.tid(), worlds, each)
     q0 = q[topology.stencil[t, 0]]
     e1 = q[topology.stencil[t, 1]] - q0
     e2 = q[topology.stencil[t, 2]] - q0
     own = geometry.normal[t]
-    gk = hat_own(geometry, t, k)
-    gl = hat_own(geometry, t, l)
-    h = mat33()
+    stress = response.stress[t]
+    bend = push_to_edges(vec3(stress[3], stress[4], stress[5]), topology.frame[t])
     for i in range(3):
         # w_i = c1 e1 + c2 e2
         c1 = ZERO
@@ -547,50 +567,73 @@ def bending_geometric(
         if i == 2:
             c2 = TWO * bend[2]
         w = c1 * e1 + c2 * e2
-        ck = ZERO
-        cl = ZERO
-        if k == 0:
-            ck = -(c1 + c2)
-        if k == 1:
-            ck = c1
-        if k == 2:
-            ck = c2
-        if l == 0:
-            cl = -(c1 + c2)
-        if l == 1:
-            cl = c1
-        if l == 2:
-            cl = c2
         other = topology.across[t, i]
-        if other < 0:
-            # n_i = m: dn = -g m^t
-            h += normal_second(w, own, gk, gl) - wp.outer(own, gk) * cl - wp.outer(gl, own) * ck
-        else:
-            mo = geometry.normal[other]
-            ok = hat_across(topology, geometry, t, i, k)
-            ol = hat_across(topology, geometry, t, i, l)
-            s = own + mo
+        n = vec3()
+        across = w
+        inverse = ONE
+        along = ZERO
+        if other >= 0:
+            s = own + geometry.normal[other]
             inverse = ONE / wp.length(s)
             n = s * inverse
-            wn = wp.dot(w, n)
-            pw = w - wn * n
-            u = pw * inverse
-            # a_k = S_k^t n, b_k = S_k^t pw with S_k = ds/dq_k = -(g_k m^t + o_k mo^t)
-            ak = -(wp.dot(n, gk) * own + wp.dot(n, ok) * mo)
-            al = -(wp.dot(n, gl) * own + wp.dot(n, ol) * mo)
-            bk = -(wp.dot(pw, gk) * own + wp.dot(pw, ok) * mo)
-            bl = -(wp.dot(pw, gl) * own + wp.dot(pw, ol) * mo)
-            ss = (
-                wp.outer(own, own) * wp.dot(gk, gl)
-                + wp.outer(own, mo) * wp.dot(gk, ol)
-                + wp.outer(mo, own) * wp.dot(ok, gl)
-                + wp.outer(mo, mo) * wp.dot(ok, ol)
-            )
-            h -= (inverse * inverse) * (wp.outer(ak, bl) + wp.outer(bk, al) + wn * (ss - wp.outer(ak, al)))
-            h += normal_second(u, own, gk, gl) + normal_second(u, mo, ok, ol)
-            # dn_i/dq_k = P S_k / |s| = (S_k - n a_k^t) / |s|; transposed times c_l, and c_k times its l twin
-            h -= (cl * inverse) * (wp.outer(own, gk) + wp.outer(mo, ok) + wp.outer(ak, n))
-            h -= (ck * inverse) * (wp.outer(gl, own) + wp.outer(ol, mo) + wp.outer(n, al))
+            along = wp.dot(w, n)
+            across = w - along * n
+        bending.edge[t, i] = vec3(inverse, along, wp.dot(across, own))
+        for j in range(4):
+            k = slot_vertex(i, j)
+            g = hat_own(geometry, t, k)
+            o = vec3()
+            if other >= 0:
+                o = hat_across(topology, geometry, t, i, k)
+            c = ZERO
+            if j == 0:
+                c = -(c1 + c2)
+            if j == 1:
+                c = c1
+            if j == 2:
+                c = c2
+            bending.slot[t, 4 * i + j] = vec5(wp.dot(n, g), wp.dot(n, o), wp.dot(across, g), wp.dot(across, o), c)
+
+
+@wp.func
+def bending_geometric(topology: Topology, geometry: Geometry, bending: Bending, t: int, k: int, l: int) -> mat33:
+    """Block (k, l) of sum_j stress_j d2 b_j / dq dq, where sum_j stress_j b_j = sum_i w_i . n_i.
+
+    All of it are outer products with the two normals m and m' at each edge, as dn_i = P ds / |s| and
+    ds/dq_k = -(g_k m^t + g'_k m'^t) with the hat gradients g and g' of both triangles.
+    """
+    own = geometry.normal[t]
+    gk = hat_own(geometry, t, k)
+    gl = hat_own(geometry, t, l)
+    h = mat33()
+    for i in range(3):
+        if (k < 3 or k == 3 + i) and (l < 3 or l == 3 + i):
+            other = topology.across[t, i]
+            mo = vec3()
+            ok = vec3()
+            ol = vec3()
+            if other >= 0:
+                mo = geometry.normal[other]
+                ok = hat_across(topology, geometry, t, i, k)
+                ol = hat_across(topology, geometry, t, i, l)
+            edge = bending.edge[t, i]
+            inverse = edge[0]
+            along = edge[1]
+            tilt = inverse * edge[2]
+            x = bending.slot[t, 4 * i + wp.min(k, 3)]
+            y = bending.slot[t, 4 * i + wp.min(l, 3)]
+            square = inverse * inverse
+            ggs = wp.dot(gk, gl)
+            oos = wp.dot(ok, ol)
+            # coefficients of m m^t, m m'^t, m' m^t, m' m'^t
+            mm = square * (x[0] * (along * y[0] - y[2] + y[4]) + y[0] * (x[4] - x[2]) - along * ggs) - tilt * ggs
+            mn = square * (x[0] * (along * y[1] - y[3] + y[4]) + y[1] * (x[4] - x[2]) - along * wp.dot(gk, ol))
+            nm = square * (x[1] * (along * y[0] - y[2] + y[4]) + y[0] * (x[4] - x[3]) - along * wp.dot(ok, gl))
+            nn = square * (x[1] * (along * y[1] - y[3] + y[4]) + y[1] * (x[4] - x[3]) - along * oos) + tilt * oos
+            h += wp.outer(own, mm * own + mn * mo + (inverse * (y[2] - y[4])) * gk)
+            h += wp.outer(mo, nm * own + nn * mo + (inverse * (y[3] - y[4])) * ok)
+            h += wp.outer((inverse * (x[2] - x[4])) * gl, own)
+            h += wp.outer((inverse * (x[3] - x[4])) * ol, mo)
     return h
 
 
@@ -599,7 +642,7 @@ def hessian_blocks(
     topology: Topology,
     geometry: Geometry,
     response: Response,
-    q: wp.array(dtype=wp.vec3d),
+    bending: Bending,
     start: wp.array(dtype=wp.int32),
     contribution: wp.array(dtype=wp.vec3i),
     target: wp.array(dtype=wp.vec3i),
@@ -627,8 +670,7 @@ def hessian_blocks(
         for r in range(3):
             h[r, r] = h[r, r] + diagonal_term
         if clamp == 0:
-            bend = push_to_edges(vec3(stress[3], stress[4], stress[5]), topology.frame[t])
-            h += bending_geometric(topology, geometry, q, bend, t, k, l)
+            h += bending_geometric(topology, geometry, bending, t, k, l)
     place = target[block]
     for r in range(3):
         for c in range(3):

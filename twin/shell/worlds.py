@@ -122,6 +122,9 @@ class Worlds:
         self._response.stress = self._empty(triangles, kernels.vec6)
         self._response.stiffness = self._empty(triangles, kernels.mat66)
         self._response.strain = self._empty((triangles, 6), kernels.mat63)
+        self._bending = kernels.Bending()
+        self._bending.edge = self._empty((triangles, 3), kernels.vec3)
+        self._bending.slot = self._empty((triangles, 12), kernels.vec5)
         self._triangle_energy = self._empty(triangles, wp.float64)
         self._load_energy = self._empty(vertices, wp.float64)
         self._gradient = self._empty(vertices, wp.vec3d)
@@ -145,7 +148,10 @@ class Worlds:
             self._launch(kernels.triangle_response, triangles, [*inputs, *order], [response])
             self._launch(kernels.vertex_gradient, vertices, [response, *self._gather], [self._gradient])
         if want.order > 1:
-            inputs = [self._topology, geometry, response, self._q, *self._blocks, int(want.clamp)]
+            if not want.clamp:
+                inputs = [self._topology, geometry, response, self._q]
+                self._launch(kernels.edge_bending, triangles, inputs, [self._bending])
+            inputs = [self._topology, geometry, response, self._bending, *self._blocks, int(want.clamp)]
             self._launch(kernels.hessian_blocks, (worlds, self._block_count), inputs, [self._values])
         if want.loaded:
             plate = [self._loads.plate_per_mm, self._loads.plate_reach_mm]
