@@ -13,7 +13,7 @@ from cyclopts.validators import Number
 
 from planner.errors import InputError, LceError
 from scenes.inverse_flags import InverseFlags
-from scenes.noise_flags import NoiseFlags
+from scenes.noise_flags import DesignNoiseFlags, NoiseFlags
 from scenes.predict_flags import (
     DesignHeatingFlags,
     DesignMaterialFlags,
@@ -132,6 +132,7 @@ def plan(
     inverse: InverseFlags | None = None,
     heating: DesignHeatingFlags | None = None,
     material: DesignMaterialFlags | None = None,
+    noise: DesignNoiseFlags | None = None,
 ) -> None:
     """Plan the passes for a target: writes program.json, plan.json, plan.png and the target.
 
@@ -158,6 +159,7 @@ def plan(
         inverse=inverse or InverseFlags(),
         heating=heating or DesignHeatingFlags(),
         material=material or DesignMaterialFlags(),
+        noise=noise or DesignNoiseFlags(),
     )
 
 

@@ -16,13 +16,14 @@ from scenes.calibrating import NOT_STATED, calibrate_into
 from scenes.case import PlanSettings, list_cases, load_case
 from scenes.case_target import Strip
 from scenes.checkpoint import inputs_digest, load_checkpoint
+from scenes.costs_in_words import costs_in_words
 from scenes.exports import export_into
 from scenes.filming import film_into
 from scenes.given_flags import given
 from scenes.inverse_flags import InverseFlags, inverse_options
 from scenes.inverse_planning import plan_inverse_into
 from scenes.new_scene import write_new_scene
-from scenes.noise_flags import NoiseFlags
+from scenes.noise_flags import DesignNoiseFlags, NoiseFlags
 from scenes.output import output_folder, write_json
 from scenes.plan_folder import plans_figures, plans_target
 from scenes.planning import plan_into, plan_strip_into
@@ -81,12 +82,13 @@ def run_plan(
     inverse: InverseFlags,
     heating: DesignHeatingFlags,
     material: DesignMaterialFlags,
+    noise: DesignNoiseFlags,
 ) -> None:
     """Plan a target into a folder; what the user leaves open comes from the case, or is the default."""
     surface, case = open_source(target, size_mm=size_mm, up=up, depth_mm=depth_mm)
     asked = {"tracer": tracer, "flattening": flattening, "margin_mm": margin_mm}
     asked = {name: value for name, value in asked.items() if value is not None}
-    searched = [*given(inverse), *given(heating), *given(material)]
+    searched = [flag for group in (inverse, heating, material, noise) for flag in given(group)]
     shared = {"calibration": load_calibration(calibration), "machine": load_machine(machine)}
     if case and isinstance(case.target, Strip):
         _refuse(
@@ -105,7 +107,7 @@ def run_plan(
             [f"--{name.replace('_', '-')} {value}" for name, value in asked.items()],
             "is for the methods perpendicular and maximum, but the method is inverse, which needs none of it",
         )
-        options = inverse_options(inverse, heating, material, layer_thickness_mm=thickness, seed=settings.seed)
+        options = inverse_options(inverse, heating, material, noise, layer_thickness_mm=thickness, seed=settings.seed)
         _plan_inverse(out, surface, options, resume=inverse.resume, **shared)
         return
     _refuse(searched, f"is for --method inverse, but the method is {method}")
@@ -340,7 +342,9 @@ def _tell_design(made: InverseDesign) -> None:
             f"  contractions: were they {STRONGER:g} times as large, the best flat film would keep "
             f"{made.wider_range_share:.0%} of its elastic energy at the target"
         )
-    say("  noise: lce predict --noise 32 shows how films with errors of the process score")
+    if made.noise_costs is not None:
+        say(f"  errors of the process: {costs_in_words(made.noise_costs)}")
+    say("  lce predict --noise 32 shows how films with errors of the process score")
     for limit in made.limits:
         say(f"limit: {limit}")
 
@@ -385,6 +389,8 @@ def _tell_prediction(made: Prediction) -> None:
             f"{noise['count']} noisy films on a mesh of {noise['mesh_mm']:g} mm: SSIM (Eq. 4) {low:.3f}, {middle:.3f}, "
             f"{high:.3f} at 10, 50, 90 %; {noise['without_noise']['ssim_eq4']:.3f} without noise"
         )
+        if noise["expected_cost"] is not None:
+            say(f"errors of the process: {costs_in_words(noise['expected_cost'])}")
 
 
 def _tell_score(score: Score) -> None:

@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 from cyclopts.validators import Number
 
+from scenes.given_flags import given
+
 if TYPE_CHECKING:
+    from scenes.noise_flags import DesignNoiseFlags
     from scenes.predict_flags import DesignHeatingFlags, DesignMaterialFlags
     from twin.inverse import InverseOptions
 
@@ -31,8 +34,8 @@ class InverseFlags:
     robust: Annotated[
         bool,
         Parameter(
-            help="Lower what errors of the process are expected to cost, for a little score without them and ten "
-            "times the time."
+            help="Lower what errors of the process, --noise-..., are expected to cost, for a little score without "
+            "them and ten times the time."
         ),
     ] = False
     budget_s: Annotated[
@@ -49,6 +52,7 @@ def inverse_options(
     inverse: InverseFlags,
     heating: DesignHeatingFlags,
     material: DesignMaterialFlags,
+    noise: DesignNoiseFlags,
     *,
     layer_thickness_mm: tuple[float, ...],
     seed: int,
@@ -56,11 +60,18 @@ def inverse_options(
     """Return the settings that the flags stand for.
 
     Raises:
-        InputError: if a flag is out of range.
+        InputError: if a flag is out of range, or noise is given without a robust design to bear it.
     """
+    from planner.errors import InputError
     from twin.inverse import InverseOptions
     from twin.predict import PredictOptions
 
+    needless = given(noise)
+    if needless and not inverse.robust:
+        raise InputError(
+            f"{', '.join(needless)}: says what a robust design must bear, but --robust is not given; add it, or leave "
+            f"{'it' if len(needless) == 1 else 'them'} out."
+        )
     heated = PredictOptions(
         material=material.material(),
         temperature_c=PredictOptions.temperature_c if heating.temperature_c is None else heating.temperature_c,
@@ -72,6 +83,7 @@ def inverse_options(
         stack=inverse.stack or "all",
         heated=heated,
         robust=inverse.robust,
+        noise=noise.process_noise(),
         budget_s=inverse.budget_s,
         seed=seed,
     )

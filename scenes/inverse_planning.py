@@ -101,6 +101,7 @@ def inverse_summary(made: InverseDesign, options: InverseOptions) -> dict[str, A
         "ideal": asdict(made.ideal),
         "finer_mesh": None if made.finer is None else asdict(made.finer),
         "wider_range_share": made.wider_range_share,
+        "noise_costs": made.noise_costs,
         "designed_mm": made.designed_mm,
         "layers": [
             {**figures, "tiling": asdict(tiling)}

@@ -18,19 +18,14 @@ if TYPE_CHECKING:
     from twin.batch import ProcessNoise
 
 
-@Parameter(name="*", group="Noise")
-@dataclass(frozen=True, kw_only=True)
-class NoiseFlags:
-    """How far the process strays, and how many films show it."""
+GROUP = "Noise"
 
-    noise: Annotated[
-        int,
-        Parameter(
-            help="Heat this many films, each with errors of the process of its own, and tell how their scores spread; "
-            "32 are a good number. Default: none.",
-            validator=Number(gte=0, lte=1000),
-        ),
-    ] = 0
+
+@Parameter(name="*", group=GROUP)
+@dataclass(frozen=True, kw_only=True)
+class DesignNoiseFlags:
+    """How far the process strays."""
+
     noise_strain: Annotated[
         float, Parameter(help="Relative error of the contraction of the whole film, 0 to 0.3 (standard deviation).")
     ] = 0.05
@@ -46,6 +41,39 @@ class NoiseFlags:
     noise_registration_mm: Annotated[
         float, Parameter(help="Shift of each layer along x, and along y [mm] (standard deviation).")
     ] = 0.2
+
+    def process_noise(self) -> ProcessNoise:
+        """Return the noise.
+
+        Raises:
+            InputError: if a number is out of range.
+        """
+        from twin.batch import ProcessNoise
+
+        noise = ProcessNoise(
+            strain=self.noise_strain,
+            layer_strain=self.noise_layer_strain,
+            direction_rad=radians(self.noise_direction_deg),
+            direction_length_mm=self.noise_direction_length_mm,
+            registration_mm=self.noise_registration_mm,
+        )
+        noise.check()
+        return noise
+
+
+@Parameter(name="*", group=GROUP)
+@dataclass(frozen=True, kw_only=True)
+class NoiseFlags(DesignNoiseFlags):
+    """The same, and how many films show it."""
+
+    noise: Annotated[
+        int,
+        Parameter(
+            help="Heat this many films, each with errors of the process of its own, and tell how their scores spread; "
+            "32 are a good number. Default: none.",
+            validator=Number(gte=0, lte=1000),
+        ),
+    ] = 0
     noise_mesh_mm: Annotated[
         float,
         Parameter(
@@ -62,7 +90,6 @@ class NoiseFlags:
             InputError: if a number is out of range, or given without films to show it.
         """
         from planner.errors import InputError
-        from twin.batch import ProcessNoise
 
         needless = given(self)
         if needless and not self.noise:
@@ -70,12 +97,4 @@ class NoiseFlags:
                 f"{', '.join(needless)}: says how noisy films are, but --noise, their number, is 0; give "
                 "--noise 32, or leave it out."
             )
-        noise = ProcessNoise(
-            strain=self.noise_strain,
-            layer_strain=self.noise_layer_strain,
-            direction_rad=radians(self.noise_direction_deg),
-            direction_length_mm=self.noise_direction_length_mm,
-            registration_mm=self.noise_registration_mm,
-        )
-        noise.check()
-        return noise
+        return super().process_noise()

@@ -302,6 +302,7 @@ def _draw_robustness(folder: Path, robustness: Robustness) -> None:
         robustness.scores,
         robustness.planned,
         robustness.contraction,
+        robustness.costs,
         caption=f"standard deviations: strain {noise.strain:.0%}, of each layer {noise.layer_strain:.0%}, direction "
         f"{degrees(noise.direction_rad):g} deg over {noise.direction_length_mm:g} mm, registration "
         f"{noise.registration_mm:g} mm; mesh of {robustness.mesh_mm:g} mm",

@@ -1,8 +1,7 @@
 """How the score of any Program spreads over films with errors of the process."""
 
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
-from math import degrees
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from planner.program import Program
 from planner.target import Target
 from twin.batch import ProcessNoise, heat_films, noisy_films
 from twin.film import build_film
+from twin.inverse import noise_costs
 from twin.predict import PredictOptions
 from twin.score import Score, score_surface
 
@@ -32,6 +32,8 @@ class Robustness:
     scores: tuple[Score, ...]
     contraction: tuple[float, ...]
     """Contraction of each film over the planned one's, both averaged over their layers and area."""
+    costs: dict[str, float] | None
+    """What each kind of error is expected to cost the planned film, to first order, see `noise_costs`."""
 
 
 def for_many_films(options: PredictOptions, mesh_mm: float = MESH_MM) -> PredictOptions:
@@ -83,22 +85,22 @@ def score_noisy_films(
         planned=planned,
         scores=tuple(scores),
         contraction=tuple(float(own / whole[0]) if whole[0] else 1.0 for own in whole[1:]),
+        costs=noise_costs(film, shapes[0].hot_mm, target, noise, coarse),
     )
 
 
 def robustness_summary(found: Robustness) -> dict[str, Any]:
     """Collect the figures as plain values for `result.json`."""
     values = {name: [getattr(score, name) for score in found.scores] for name in ("ssim_eq4", "rms_mm")}
-    deviations = asdict(found.noise)
-    deviations["direction_deg"] = degrees(deviations.pop("direction_rad"))
     return {
         "count": len(found.scores),
         "seed": found.seed,
         "mesh_mm": found.mesh_mm,
-        "standard_deviations": deviations,
+        "standard_deviations": found.noise.plain(),
         "without_noise": {name: getattr(found.planned, name) for name in values},
         **values,
         "contraction_share": list(found.contraction),
+        "expected_cost": found.costs,
         "percentiles": {
             name: dict(zip(map(str, PERCENTILES), np.percentile(own, PERCENTILES), strict=True))
             for name, own in values.items()

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from scenes.costs_in_words import KINDS
 from scenes.whole_file import whole_file
 from twin.score import Score
 
@@ -12,9 +13,15 @@ LEAST_BINS = 8
 
 
 def draw_noise(
-    path: str | Path, scores: Sequence[Score], planned: Score, contraction: Sequence[float], *, caption: str
+    path: str | Path,
+    scores: Sequence[Score],
+    planned: Score,
+    contraction: Sequence[float],
+    costs: dict[str, float] | None,
+    *,
+    caption: str,
 ) -> None:
-    """Draw histograms of similarity and RMS, and similarity over contraction, into a PNG.
+    """Draw histograms of similarity and RMS, similarity over contraction, and what each error costs, into a PNG.
 
     The contraction is the one error that a strip of the same ink shows before the film is made: where it decides, a
     better measured calibration helps.
@@ -24,14 +31,15 @@ def draw_noise(
         scores: Of the noisy films.
         planned: Of the film as planned, on the same mesh.
         contraction: Of the noisy films, over that of the planned one.
+        costs: What each kind of error is expected to cost in similarity; None where that is not known.
         caption: Written below: which noise, which mesh.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(14.0, 4.6), dpi=120, layout="constrained")
+    figure = Figure(figsize=(12.0, 8.4), dpi=120, layout="constrained")
     FigureCanvasAgg(figure)
-    *panels, over = figure.subplots(1, 3)
+    (*panels,), (over, shares) = figure.subplots(2, 2)
     bins = max(LEAST_BINS, int(np.sqrt(len(scores))))
     for axes, name, label in zip(panels, ("ssim_eq4", "rms_mm"), ("SSIM, Eq. 4 [1]", "RMS distance [mm]"), strict=True):
         values = np.array([getattr(score, name) for score in scores])
@@ -50,6 +58,14 @@ def draw_noise(
     over.set_xlabel("contraction of the whole film [% of the plan]", fontsize=12)
     over.set_ylabel("SSIM, Eq. 4 [1]", fontsize=12)
     over.legend(fontsize=10)
+    if costs is None:
+        shares.set_axis_off()
+    else:
+        dearest = sorted(costs, key=costs.__getitem__)
+        bars = shares.barh([KINDS[kind] for kind in dearest], [costs[kind] for kind in dearest], color="#9db8d2")
+        shares.bar_label(bars, fmt="%.3f", padding=3, fontsize=10)
+        shares.margins(x=0.15)
+        shares.set_xlabel("expected cost to first order, SSIM [1]", fontsize=12)
     figure.suptitle(f"Scores of {len(scores)} films with errors of the process", fontsize=14)
     figure.supxlabel(caption, fontsize=11)
     with whole_file(path) as scratch:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+from scenes.costs_in_words import costs_in_words
+
 Rows = list[tuple[str, str]]
 
 SCORES = (
@@ -36,6 +38,8 @@ def score_rows(result: dict[str, Any]) -> Rows:
                 f"SSIM {planned['ssim_eq4']:.3f}; RMS {planned['rms_mm']:.2f} mm",
             ),
         ]
+        if noise["expected_cost"] is not None:
+            rows.append(("errors of the process", costs_in_words(noise["expected_cost"])))
     return rows
 
 

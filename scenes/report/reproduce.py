@@ -2,17 +2,26 @@
 
 import shlex
 from collections.abc import Iterable
-from dataclasses import asdict
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from planner.program import Inputs, Program
 from scenes.given_flags import given
-from scenes.noise_flags import NoiseFlags
-from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags
+from scenes.noise_flags import DesignNoiseFlags, NoiseFlags
+from scenes.predict_flags import (
+    DesignHeatingFlags,
+    DesignMaterialFlags,
+    HeatingFlags,
+    MaterialFlags,
+    PostFlags,
+    SolverFlags,
+)
 
 PLAN_AGAIN, PREDICT_AGAIN = "out/again", "out/again-hot"
 PAPER_MACHINE = "paper"
+HEATED = tuple(part.name for group in (DesignHeatingFlags, DesignMaterialFlags) for part in fields(group))
+NOISE = tuple(part.name for part in fields(DesignNoiseFlags))
 
 
 def plan_command(result: dict[str, Any], program: Program, source: str) -> str | None:
@@ -65,7 +74,7 @@ def _method_flags(inputs: Inputs) -> dict[str, Any]:
     names = {
         "perpendicular": ("flattening", "tracer", "margin_mm"),
         "maximum": ("flattening", "tracer", "margin_mm"),
-        "inverse": ("stack", "robust", "support", "modulus_mpa", "density_kg_m3"),
+        "inverse": ("stack", "robust", *NOISE, *HEATED),
     }
     return {name: inputs.settings[name] for name in names[inputs.method] if name in inputs.settings}
 
@@ -117,10 +126,7 @@ def _noise(result: dict[str, Any]) -> NoiseFlags:
         return NoiseFlags()
     noise = result["noise"]
     strays = {f"noise_{name}": value for name, value in noise["standard_deviations"].items()}
-    known = asdict(NoiseFlags())
-    # Degrees are kept as radians, and come back with their last digit changed.
-    near = {name: known[name] if abs(value - known[name]) < 1e-9 else value for name, value in strays.items()}
-    return NoiseFlags(noise=noise["count"], noise_mesh_mm=noise["mesh_mm"], **near)
+    return NoiseFlags(noise=noise["count"], noise_mesh_mm=noise["mesh_mm"], **strays)
 
 
 def _written(flags: dict[str, Any]) -> Iterable[str]:

@@ -2,12 +2,14 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from planner.program import Program, layer_times, load_machine, load_program
 from planner.target import load_target
 from planner.toolpaths.dense import Tiling
 from scenes.pictures.graphics import VARIABLE
+from twin.batch import ProcessNoise
 from twin.film import FilmOptions
 from twin.inverse import InverseDesign, Moment
 from twin.predict import PredictOptions, predict
@@ -44,6 +46,7 @@ def designed(planned):
         ideal=scored.score,
         finer=scored.score,
         wider_range_share=0.9,
+        noise_costs={"strain": 0.02, "layer_strain": 0.01, "registration": 0.005, "direction": 0.03},
         designed_mm=0.02,
         tilings=(Tiling.of_nothing(wanted=True),) * 4,
         layer_times=layer_times(program, load_machine()),
@@ -97,8 +100,19 @@ def test_a_design_leaves_its_program_figures_and_pictures(lce, dome_case, tmp_pa
     asked = search[0]["options"]
     assert (asked.heated.support, asked.heated.material.modulus_mpa) == ("free", 2.0)
     for words in ("is a placeholder", "layer 1:", f"SSIM (Eq. 4) {made.score.ssim_eq4:.3f}", "without passes",
+                  "cost 0.065 of similarity: direction 0.030, strain of the whole film 0.020",
                   "limit: The brow is too tight."):  # fmt: skip
         assert words in ran.out
+    assert figures["noise_costs"] == made.noise_costs
+
+
+def test_a_robust_design_bears_the_noise_that_is_stated(lce, dome_case, tmp_path, search):
+    noise = ("--noise-strain", "0.02", "--noise-direction-length-mm", "inf")
+    ran = lce("plan", dome_case, "--out", tmp_path / "out", "--method", "inverse", "--robust", *noise)
+    assert ran.code == 0, ran.err
+    asked = search[0]["options"]
+    assert asked.robust
+    assert asked.noise == ProcessNoise(strain=0.02, direction_length_mm=np.inf)
 
 
 def test_an_interrupted_search_is_resumed_with_the_same_inputs_only(

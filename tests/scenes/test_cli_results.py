@@ -158,9 +158,13 @@ def test_films_with_noise_are_scored_told_and_drawn(lce, planned, tmp_path, no_p
     assert re.search(
         r"3 noisy films on a mesh of 1.5 mm: SSIM \(Eq. 4\) 0\.\d+, 0\.\d+, 0\.\d+ at 10, 50, 90 %", ran.out
     )
+    assert set(noise["expected_cost"]) == {"strain", "layer_strain", "registration", "direction"}
+    assert all(cost > 0.0 for cost in noise["expected_cost"].values())
+    assert "errors of the process: to first order they cost" in ran.out
     page = (out / "report.html").read_text(encoding="utf-8")
     assert page.count("<img") == 1
     assert "3 noisy films, 10, 50, 90 %" in page
+    assert "to first order they cost" in page
 
 
 def test_flags_of_noise_left_out_are_the_defaults_of_the_library():

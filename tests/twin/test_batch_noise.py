@@ -96,3 +96,9 @@ def test_shifts_keep_the_contraction_where_directors_vary():
     total = float(made.contraction[0] @ made.area_mm2)
     for noisy in noisy_films(made, replace(NONE, registration_mm=0.3), 5, seed=0):
         assert float(noisy.contraction[0] @ made.area_mm2) == pytest.approx(total, rel=2e-3)
+
+
+def test_numbers_come_back_as_they_are_written():
+    plain = ProcessNoise(direction_rad=np.radians(5.0)).plain()
+    assert plain["direction_deg"] == 5.0
+    assert set(plain) == {"strain", "layer_strain", "direction_deg", "direction_length_mm", "registration_mm"}

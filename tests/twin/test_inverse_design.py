@@ -50,6 +50,8 @@ def test_a_cap_is_designed_through_passes(made, cap):
     assert made.finer.ssim_eq4 == pytest.approx(made.score.ssim_eq4, abs=0.03)
     assert made.wider_range_share is not None
     assert 0.0 < made.wider_range_share <= 1.001
+    assert made.noise_costs is not None
+    assert 0.0 < sum(made.noise_costs.values()) < 0.5
 
 
 def test_the_paper_s_machine_can_scratch_it(made):
@@ -87,6 +89,7 @@ def test_a_search_that_is_out_of_time_still_ends_with_a_program(cap):
     assert made.program.layers[0].passes
     assert made.finer is None
     assert made.wider_range_share is None
+    assert made.noise_costs is None
 
 
 def test_a_robust_design_is_hardened_in_every_stage_and_lands(cap, monkeypatch):

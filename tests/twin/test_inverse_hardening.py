@@ -14,13 +14,15 @@ from twin.batch import ProcessNoise
 from twin.film import FilmOptions
 from twin.inverse import basin
 from twin.inverse import world as world_module
-from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
+from twin.inverse.expected_loss import NOISE_HEIGHTS, NOISE_OUTLINE, NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
+from twin.inverse.noise_costs import noise_costs
 from twin.inverse.on_the_way import FIRST, LAST, PARTED_MM
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Search
 from twin.inverse.stages import Stages
 from twin.predict import PredictOptions
+from twin.temperature import TemperatureGapModel
 
 SMALL = InverseOptions(heated=PredictOptions(film=FilmOptions(mesh_mm=1.0)), coarse_triangles=300)
 
@@ -276,3 +278,35 @@ def test_a_round_without_a_step_is_no_film_that_leaves(opened, monkeypatch):
     lowered, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
     assert found is design
     assert lowered == pytest.approx(3e-3)
+
+
+def test_costs_of_errors_are_those_of_small_errors_and_add_up(opened):
+    """Quadratic in each deviation, none of what is switched off, and together the expected loss in all soft ways."""
+    world, _, _, _, design = opened
+    film, target = world.film(design.q), load_case("sphere_cap").make_target()
+
+    def costs(noise):
+        found = noise_costs(film, design.shape.vertices_mm, target, noise, SMALL.heated)
+        assert found is not None
+        return found
+
+    whole = costs(ProcessNoise())
+    assert set(whole) == {"strain", "layer_strain", "registration", "direction"}
+    one = costs(ProcessNoise(strain=0.025, layer_strain=0.0))
+    assert one["strain"] == pytest.approx(0.25 * whole["strain"], rel=1e-6)
+    assert one["layer_strain"] == 0.0
+    assert one["direction"] == pytest.approx(whole["direction"], rel=1e-6)
+    world.linearise(design.q, design.shape.vertices_mm)
+    cost = design.shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
+    errors = ProcessErrors(film, ProcessNoise(), seed=SMALL.heated.seed)
+    loss = ExpectedLoss(world, errors, cost, design.q, ways=1000)
+    loss.at(design.q, design.shape.vertices_mm)
+    # directions are drawn in one and summed up exactly in the other
+    assert sum(whole.values()) == pytest.approx(loss.value, rel=0.2)
+
+
+def test_costs_of_errors_need_one_temperature(opened):
+    world, _, _, _, design = opened
+    heated = replace(SMALL.heated, temperature_field=TemperatureGapModel())
+    target = load_case("sphere_cap").make_target()
+    assert noise_costs(world.film(design.q), design.shape.vertices_mm, target, ProcessNoise(), heated) is None

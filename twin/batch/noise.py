@@ -1,7 +1,7 @@
 """Films as the process really makes them: strain, directions and registration a little off."""
 
-from dataclasses import dataclass, fields, replace
-from math import radians
+from dataclasses import asdict, dataclass, fields, replace
+from math import degrees, radians
 
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
@@ -35,6 +35,13 @@ class ProcessNoise:
     `inf` turns each layer as a whole."""
     registration_mm: float = 0.2
     """Shift of each layer along x, and along y, against the film [mm]."""
+
+    def plain(self) -> dict[str, float]:
+        """Return the numbers as one writes them, the direction in degrees as `direction_deg`."""
+        numbers = asdict(self)
+        # there and back again changes the last digit of 5 degrees
+        direction_deg = round(degrees(numbers.pop("direction_rad")), 12)
+        return {**numbers, "direction_deg": direction_deg}
 
     def check(self) -> None:
         """Refuse what is no standard deviation or length.

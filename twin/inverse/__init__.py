@@ -2,8 +2,9 @@
 
 from twin.inverse.design import FINER, InverseDesign, design_inverse
 from twin.inverse.limits import STRONGER
+from twin.inverse.noise_costs import noise_costs
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment
 from twin.inverse.stages import Field
 
-__all__ = ["FINER", "STRONGER", "Field", "InverseDesign", "InverseOptions", "Moment", "design_inverse"]
+__all__ = ["FINER", "STRONGER", "Field", "InverseDesign", "InverseOptions", "Moment", "design_inverse", "noise_costs"]

@@ -13,7 +13,7 @@ Coarse to fine, each stage starting from the last one's film:
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from importlib.metadata import version
 
@@ -43,6 +43,7 @@ from twin.equilibrium import rigid_distance_mm
 from twin.film import carry
 from twin.hot_shape import HotShape
 from twin.inverse.limits import STRONGER, describe_limits, scaled
+from twin.inverse.noise_costs import noise_costs
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Moment, Search
 from twin.inverse.stages import Field, Stages
@@ -73,6 +74,9 @@ class InverseDesign:
     """Elastic energy that the best flat film keeps at the target if contractions could be `STRONGER` times as large,
     over what it keeps as it is: below 1 as far as the range of contractions is what limits the design; None where the
     budget of time left no room for it."""
+    noise_costs: dict[str, float] | None
+    """What each kind of error of the process is expected to cost, to first order, see `twin.inverse.noise_costs`; None
+    where the equilibrium is not stable, or the budget of time left no room for it."""
     designed_mm: float
     """Largest distance between the shape that was designed and the one that the ramp from flat finds [mm]."""
     tilings: tuple[Tiling, ...]
@@ -165,6 +169,7 @@ def design_inverse(
         ideal=score_surface(heat_film(ideal, options.heated).top_mm, ideal.triangles, target).score,
         finer=_finer_score(program, options, target) if in_time else None,
         wider_range_share=left_over(1.0, 1.0, STRONGER) / left_over(1.0, 1.0, 1.0) if in_time else None,
+        noise_costs=noise_costs(shape.film, shape.hot_mm, target, options.noise, options.heated) if in_time else None,
         designed_mm=rigid_distance_mm(shape.hot_mm, meant),
         tilings=tuple(layer.tiling for layer in traced),
         layer_times=layer_times(program, machine),
@@ -179,6 +184,14 @@ def _finer_score(program: Program, options: InverseOptions, target: Target) -> S
     film = replace(options.heated.film, mesh_mm=FINER * options.heated.film.mesh_mm)
     shape = predict(program, replace(options.heated, film=film))
     return score_surface(shape.top_mm, shape.film.triangles, target).score
+
+
+def _noise_settings(options: InverseOptions) -> dict[str, float | str]:
+    """Return what a robust design was made to bear; a length without end by its name, which JSON has no number for."""
+    if not options.robust:
+        return {}
+    numbers = options.noise.plain()
+    return {f"noise_{name}": value if np.isfinite(value) else str(value) for name, value in numbers.items()}
 
 
 def _program(
@@ -202,9 +215,10 @@ def _program(
                 "machine": machine.name,
                 "stack": options.stack,
                 "robust": options.robust,
+                **_noise_settings(options),
+                "temperature_c": options.heated.temperature_c,
                 "support": options.heated.support,
-                "modulus_mpa": options.heated.material.modulus_mpa,
-                "density_kg_m3": options.heated.material.density_kg_m3,
+                **asdict(options.heated.material),
             },
         ),
         calibration=calibration.record,

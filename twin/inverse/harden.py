@@ -21,7 +21,7 @@ import numpy as np
 
 from planner.errors import SolverError
 from twin.equilibrium import rigid_distance_mm
-from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
+from twin.inverse.expected_loss import NOISE_HEIGHTS, NOISE_OUTLINE, NOISE_WEIGHT, ExpectedLoss
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.on_the_way import OnTheWay
 from twin.inverse.refine import Control, Design, Refinement
@@ -31,8 +31,6 @@ logger = logging.getLogger(__name__)
 
 HEIGHTS, OUTLINE = 0.3, 2.0
 """Factors on the mismatch's rms^2 and outline^2/2 for the film as intended: windows see its rim before its heights."""
-NOISE_HEIGHTS, NOISE_OUTLINE = 0.15, 0.5
-"""The same for what noise moves: so weighed, the loss is nearest to what noisy films really lose in similarity."""
 WORST_DEVIATIONS, DRAWN = 2.0, 4
 """Standard deviations of the mix of errors that costs most, and number of random films, for the ramps."""
 LEFT_MM = 2.0

@@ -36,14 +36,28 @@ class ProcessErrors:
             [[smooth_field(centre, noise.direction_length_mm, rng) for _ in range(self._layers)] for _ in range(FIELDS)]
         )
 
-    def examples(self, q: np.ndarray) -> list[np.ndarray]:
-        """Return changes of the alignment [layers, m, 2] whose outer products add up to about its covariance."""
-        made = [self._noise.strain * q]
+    def kinds(self, q: np.ndarray) -> dict[str, list[np.ndarray]]:
+        """Return changes of the alignment [layers, m, 2] by the kind of error that makes them.
+
+        Their outer products add up to its covariance, exactly but for the directions, which fields drawn at random
+        stand for.
+        """
+        found: dict[str, list[np.ndarray]] = {
+            "strain": [self._noise.strain * q],
+            "layer_strain": [],
+            "registration": [],
+        }
         for layer in range(self._layers):
-            for change in self._of_layer(q[layer]):
-                made.append(np.zeros_like(q))
-                made[-1][layer] = change
-        return [*made, *(2.0 / np.sqrt(FIELDS) * turn[..., None] * _across(q) for turn in self._turns)]
+            for number, change in enumerate(self._of_layer(q[layer])):
+                kind = found["registration" if number else "layer_strain"]
+                kind.append(np.zeros_like(q))
+                kind[-1][layer] = change
+        turned = 2.0 / np.sqrt(FIELDS) * self._turns[..., None] * _across(q)
+        return {**found, "direction": list(turned)}
+
+    def examples(self, q: np.ndarray) -> list[np.ndarray]:
+        """Return the changes of all kinds."""
+        return [change for kind in self.kinds(q).values() for change in kind]
 
     def draw(self, film: Film, count: int, number: int) -> list[np.ndarray]:
         """Return the alignment of films with random errors, not to first order; other ones for each number."""

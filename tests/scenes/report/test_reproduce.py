@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from planner.program import load_machine, load_program
 from planner.program.machine import PAPER_MACHINE
 from scenes import cli
-from scenes.noise_flags import NoiseFlags
+from scenes.noise_flags import DesignNoiseFlags, NoiseFlags
 from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverFlags, predict_options
 from scenes.prediction import plain_settings
 from scenes.report.reproduce import plan_command, predict_command
@@ -98,7 +98,7 @@ def test_what_was_asked_for_besides_is_asked_for_again(small_program):
             "standard_deviations": {
                 "strain": 0.1,
                 "layer_strain": 0.05,
-                "direction_deg": 5.000000000000001,
+                "direction_deg": 5.0,
                 "direction_length_mm": 10.0,
                 "registration_mm": 0.2,
             },
@@ -132,6 +132,15 @@ def test_a_searched_plan_and_one_by_hand(small_program):
     assert "--machine MACHINE.toml" in command
     assert parsed(command)["inverse"].robust
     assert plan_command(PLAIN, replace_method(small_program, "strip", inputs.settings), "PLAN") is None
+
+
+def test_a_searched_plan_keeps_what_it_was_heated_to_and_must_bear(small_program):
+    settings = {"robust": True, "noise_strain": 0.02, "noise_direction_length_mm": "inf", "temperature_c": 110.0}
+    command = plan_command(PLAIN, replace_method(small_program, "inverse", {**settings, "transition_c": 80.0}), "PLAN")
+    flags = parsed(command)
+    assert flags["noise"] == DesignNoiseFlags(noise_strain=0.02, noise_direction_length_mm=float("inf"))
+    assert flags["heating"].temperature_c == 110.0
+    assert flags["material"].transition_c == 80.0
 
 
 def test_a_film_as_run_comes_from_no_plan(small_program):

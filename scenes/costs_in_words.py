@@ -1,0 +1,20 @@
+"""What errors of the process are expected to cost, in words."""
+
+KINDS = {
+    "strain": "strain of the whole film",
+    "layer_strain": "strain of the layers",
+    "registration": "registration",
+    "direction": "direction",
+}
+MOST = 0.5
+"""Expected costs of more similarity than this say only that the film is soft."""
+
+
+def costs_in_words(costs: dict[str, float]) -> str:
+    """Return a sentence about what each kind of error costs in similarity, the dearest first."""
+    total = sum(costs.values())
+    if total > MOST:
+        return "to first order they cost more than half of the similarity: the film is very soft, or near a snap"
+    dearest = sorted(costs, key=costs.__getitem__, reverse=True)
+    parts = ", ".join(f"{KINDS[kind]} {costs[kind]:.3f}" for kind in dearest)
+    return f"to first order they cost {total:.3f} of similarity: {parts}"
