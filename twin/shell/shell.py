@@ -6,7 +6,7 @@ import warp as wp
 from twin.film.film import Film
 from twin.shell.home import world_for
 from twin.shell.loads import Loads
-from twin.shell.rest import rest_state
+from twin.shell.rest import RestState, rest_state
 from twin.shell.topology import Pattern
 from twin.shell.worlds import Evaluation, State, Want
 
@@ -40,8 +40,11 @@ class Shell:
 
     def set_activation(self, activation: float | np.ndarray) -> None:
         """Prescribe the rest state at the fraction `activation` of full contraction (a number or shape [m])."""
-        self._rest = rest_state(self.film, activation)
-        self.top_mm = self._rest.top_mm
+        self.prescribe(rest_state(self.film, activation))
+
+    def prescribe(self, rest: RestState) -> None:
+        """Prescribe a rest state of the film's mesh and number of layers, whether its layers give that or not."""
+        self._rest, self.top_mm = rest, rest.top_mm
 
     def teach(self, film: Film, activation: float | np.ndarray) -> None:
         """Replace the film by one with the same mesh and other layers, and prescribe its rest state.
