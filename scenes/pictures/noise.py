@@ -10,6 +10,7 @@ from scenes.whole_file import whole_file
 from twin.score import Score
 
 LEAST_BINS = 8
+ROOM_FOR_LEGEND = 1.45
 
 
 def draw_noise(
@@ -43,7 +44,8 @@ def draw_noise(
     bins = max(LEAST_BINS, int(np.sqrt(len(scores))))
     for axes, name, label in zip(panels, ("ssim_eq4", "rms_mm"), ("SSIM, Eq. 4 [1]", "RMS distance [mm]"), strict=True):
         values = np.array([getattr(score, name) for score in scores])
-        axes.hist(values, bins=bins, color="#9db8d2", edgecolor="white")
+        films, *_ = axes.hist(values, bins=bins, color="#9db8d2", edgecolor="white")
+        axes.set_ylim(top=ROOM_FOR_LEGEND * np.max(films))
         low, middle, high = np.percentile(values, (10, 50, 90))
         axes.axvspan(low, high, color="#5b8db8", alpha=0.15, label=f"10 to 90 %: {low:.3f} to {high:.3f}")
         axes.axvline(middle, color="#2f5d8a", label=f"median: {middle:.3f}")
@@ -65,6 +67,7 @@ def draw_noise(
         bars = shares.barh([KINDS[kind] for kind in dearest], [costs[kind] for kind in dearest], color="#9db8d2")
         shares.bar_label(bars, fmt="%.3f", padding=3, fontsize=10)
         shares.margins(x=0.15)
+        shares.locator_params(axis="x", nbins=5)
         shares.set_xlabel("expected cost to first order, SSIM [1]", fontsize=12)
     figure.suptitle(f"Scores of {len(scores)} films with errors of the process", fontsize=14)
     figure.supxlabel(caption, fontsize=11)

@@ -102,3 +102,4 @@ def test_numbers_come_back_as_they_are_written():
     plain = ProcessNoise(direction_rad=np.radians(5.0)).plain()
     assert plain["direction_deg"] == 5.0
     assert set(plain) == {"strain", "layer_strain", "direction_deg", "direction_length_mm", "registration_mm"}
+    assert ProcessNoise(direction_length_mm=np.inf).plain()["direction_length_mm"] == "inf"

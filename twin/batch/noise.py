@@ -36,12 +36,13 @@ class ProcessNoise:
     registration_mm: float = 0.2
     """Shift of each layer along x, and along y, against the film [mm]."""
 
-    def plain(self) -> dict[str, float]:
-        """Return the numbers as one writes them, the direction in degrees as `direction_deg`."""
+    def plain(self) -> dict[str, float | str]:
+        """Return the numbers as one writes them: the direction in degrees, and "inf", for which JSON has no number."""
         numbers = asdict(self)
         # there and back again changes the last digit of 5 degrees
         direction_deg = round(degrees(numbers.pop("direction_rad")), 12)
-        return {**numbers, "direction_deg": direction_deg}
+        found = {**numbers, "direction_deg": direction_deg}
+        return {name: value if np.isfinite(value) else str(value) for name, value in found.items()}
 
     def check(self) -> None:
         """Refuse what is no standard deviation or length.

@@ -187,11 +187,8 @@ def _finer_score(program: Program, options: InverseOptions, target: Target) -> S
 
 
 def _noise_settings(options: InverseOptions) -> dict[str, float | str]:
-    """Return what a robust design was made to bear; a length without end by its name, which JSON has no number for."""
-    if not options.robust:
-        return {}
-    numbers = options.noise.plain()
-    return {f"noise_{name}": value if np.isfinite(value) else str(value) for name, value in numbers.items()}
+    """Return what a robust design was made to bear."""
+    return {f"noise_{name}": value for name, value in options.noise.plain().items()} if options.robust else {}
 
 
 def _program(

@@ -99,14 +99,16 @@ def test_what_was_asked_for_besides_is_asked_for_again(small_program):
                 "strain": 0.1,
                 "layer_strain": 0.05,
                 "direction_deg": 5.0,
-                "direction_length_mm": 10.0,
+                "direction_length_mm": "inf",
                 "registration_mm": 0.2,
             },
         },
     )
     command = predict_command(result, small_program, "PLAN")
     flags = parsed(command)
-    assert flags["noise"] == NoiseFlags(noise=7, noise_strain=0.1, noise_mesh_mm=0.8)
+    assert flags["noise"] == NoiseFlags(
+        noise=7, noise_strain=0.1, noise_direction_length_mm=float("inf"), noise_mesh_mm=0.8
+    )
     assert flags["solver"] == SolverFlags(seeds=3, device="cpu")
     assert (flags["scanner_noise"], flags["target"], flags["calibration_draws"]) == (True, "TARGET", 5)
     assert "--machine MACHINE.toml" in command
