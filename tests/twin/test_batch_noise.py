@@ -103,3 +103,10 @@ def test_numbers_come_back_as_they_are_written():
     assert plain["direction_deg"] == 5.0
     assert set(plain) == {"strain", "layer_strain", "direction_deg", "direction_length_mm", "registration_mm"}
     assert ProcessNoise(direction_length_mm=np.inf).plain()["direction_length_mm"] == "inf"
+
+
+def test_deviations_are_scaled_and_the_length_is_not():
+    noise = ProcessNoise(strain=0.04, direction_length_mm=3.0).scaled(0.5)
+    assert (noise.strain, noise.layer_strain, noise.registration_mm) == pytest.approx((0.02, 0.025, 0.1))
+    assert noise.direction_rad == pytest.approx(np.radians(2.5))
+    assert noise.direction_length_mm == 3.0

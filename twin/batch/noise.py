@@ -36,6 +36,16 @@ class ProcessNoise:
     registration_mm: float = 0.2
     """Shift of each layer along x, and along y, against the film [mm]."""
 
+    def scaled(self, factor: float) -> "ProcessNoise":
+        """Return noise with all standard deviations times a factor; the length stays."""
+        return replace(
+            self,
+            strain=factor * self.strain,
+            layer_strain=factor * self.layer_strain,
+            direction_rad=factor * self.direction_rad,
+            registration_mm=factor * self.registration_mm,
+        )
+
     def plain(self) -> dict[str, float | str]:
         """Return the numbers as one writes them: the direction in degrees, and "inf", for which JSON has no number."""
         numbers = asdict(self)

@@ -54,6 +54,9 @@ PASS_WEIGHT_SHARE = 0.1
 shaped, and the gaps between lines are no fault that speeds could mend.
 
 A robust design keeps all of it: the anchor also holds down what noise does, and hardening lets it go by itself."""
+BORNE = 0.5
+"""Deviations that a robust design is searched for, over those of the process that it must bear: searches for the whole
+ones run into snaps so early that their designs bear the whole ones worse, see decision 0013."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -363,7 +366,7 @@ class Stages:
     def _hardening(self, refinement: Refinement, world: World, control: Control) -> Iterator[Hardening]:
         """Make ready to harden the designs of a film."""
         film = world.newton.shell.film
-        errors = ProcessErrors(film, self._options.noise, seed=self._options.seed)
+        errors = ProcessErrors(film, self._options.noise.scaled(BORNE), seed=self._options.seed)
         on_the_way = OnTheWay(self._world(film.flat_mm, film.triangles, film.alignment), errors)
         try:
             yield Hardening(refinement, world, control, errors, on_the_way)
