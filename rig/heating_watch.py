@@ -32,6 +32,7 @@ class HeatingWatch:
         self._target_c = target_c
         self._limits = limits
         self._from_above = start_c > target_c
+        self._start_c = start_c
         self._anchor = (now_s, start_c)
         self.look(now_s, start_c)
 
@@ -52,7 +53,9 @@ class HeatingWatch:
 
     def _not_too_hot(self, measured_c: float) -> None:
         self._from_above = self._from_above and not self.reached
-        if not self._from_above and measured_c > self._target_c + self._limits.overshoot_c:
+        # a film on a plate that is still hot may cool down to its target, but nothing may heat it further
+        expected_c = self._start_c if self._from_above else self._target_c
+        if measured_c > expected_c + self._limits.overshoot_c:
             raise self._failure(f"has {measured_c:.1f} C where {self._target_c:g} C were set")
 
     def _rises(self, now_s: float, measured_c: float) -> None:

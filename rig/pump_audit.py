@@ -75,19 +75,22 @@ class PumpAudit:
         for alarm in alarms - {Alarm.RESET}:
             _log.log(logging.WARNING if self.may_have_pumped else logging.INFO, "pump: alarm %s", alarm.name)
             self.alarm = alarm
-        self.counters = now
         if Alarm.RESET in alarms:
             self.was_reset = True
             if self.may_have_pumped:
+                self.counters = now
                 raise self.lose("the pump lost its power, and its counters, during a dose")
             if now.infused_ml == now.withdrawn_ml == 0:
                 before = now
         lowest = (before.infused_ml - self._slack_ml, before.withdrawn_ml - self._slack_ml)
         if now.infused_ml < lowest[0] or now.withdrawn_ml < lowest[1]:
+            self.counters = now
             raise self.lose("the pump's counters went back")
         # The counters are decimals: without the sum's binary remainder, the water does not depend on how often they
         # were asked, nor does the last digit of the next dose.
-        self.water_ml = round(self.water_ml + now.net_ml - before.net_ml, DECIMALS_ML)
+        water_ml = round(self.water_ml + now.net_ml - before.net_ml, DECIMALS_ML)
+        # side by side, with nothing that a signal can interrupt between them: the counters belong to the water
+        self.counters, self.water_ml = now, water_ml
         return status
 
     def clear_full_counters(self, dose_ml: float) -> None:

@@ -52,11 +52,15 @@ def run_program(program: Path, out: Path, *, rig: Path | None, dry_run: bool, re
             with suppress(OSError, LceError):  # the first failure is the one to tell
                 _write_summary(out, loaded, description, None, None, message=str(error))
         raise
+    _write_summary(out, loaded, description, ran, None)  # scoring takes minutes and may be interrupted
     if target is not None:
-        shutil.copyfile((program if program.is_dir() else program.parent) / TARGET_FILE, out / TARGET_FILE)
+        planned = (program if program.is_dir() else program.parent) / TARGET_FILE
+        if planned.resolve() != (out / TARGET_FILE).resolve():
+            shutil.copyfile(planned, out / TARGET_FILE)
     say(f"run of {ran.run_s / 60:.0f} min finished in {ran.wall_s:.0f} s of wall time, {ran.sessions} session(s)")
     scores = _score(out, target) if score and target is not None else None
-    _write_summary(out, loaded, description, ran, scores)
+    if scores is not None:
+        _write_summary(out, loaded, description, ran, scores)
     say(f"logs written to {out}, start with {out / 'run.json'}")
 
 

@@ -49,6 +49,8 @@ def self_crossing(line: Sequence[Point]) -> Point | None:
                 break
             if abs(i - j) in (0, 1, count - 1):
                 continue
+            if max(a[1], b[1]) < min(c[1], d[1]) or max(c[1], d[1]) < min(a[1], b[1]):
+                continue  # apart, though they may lie on one line
             if cross(a, b, c) * cross(a, b, d) <= 0 and cross(c, d, a) * cross(c, d, b) <= 0:
                 return c
     return None

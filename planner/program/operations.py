@@ -56,7 +56,7 @@ class ResetAlignment(Strict):
     """Heat the uncured layer with hot air until it is polydomain."""
 
     kind: Literal["reset_alignment"] = "reset_alignment"
-    temperature_c: float = 120.0
+    temperature_c: Annotated[float, Field(gt=0)] = 120.0
     duration_s: Annotated[float, Field(gt=0)] = 60.0
 
 
@@ -87,7 +87,7 @@ class Actuate(Strict):
     """Heat the finished film on the hot plate and hold."""
 
     kind: Literal["actuate"] = "actuate"
-    temperature_c: float = 150.0
+    temperature_c: Annotated[float, Field(gt=0)] = 150.0
     hold_s: Annotated[float, Field(ge=0)] = 120.0
 
 

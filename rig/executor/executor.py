@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from typing import Any
 
-from planner.errors import RigError
+from planner.errors import LceError, RigError
 from planner.program import Pass, Program
 from planner.program.as_run import AsRunEnd, AsRunOperation, AsRunSession, Outcome
 from rig.devices import Sighting
@@ -106,7 +106,7 @@ class Executor:
         except StoppedError as error:
             outcome, message = "stopped", str(error)
             raise
-        except RigError as error:
+        except LceError as error:
             message = str(error)
             raise
         finally:
@@ -178,7 +178,7 @@ class Executor:
         try:
             with self._interrupts.waiting():
                 self._performer.perform(operation.step, measured, weigh=self._is_first_load(operation))
-        except RigError as error:
+        except LceError as error:
             measured.outcome = "interrupted" if isinstance(error, StoppedError | PausedError) else "failed"
             measured.facts["note"] = str(error)
             self._stop()  # before anything is written, since the disk may be what failed

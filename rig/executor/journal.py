@@ -52,11 +52,14 @@ class Journal:
             RigError: if it cannot be written; then nothing of it must be done.
         """
         data = json.dumps(entry, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode() + b"\n"
+        size = os.fstat(self._file).st_size
         try:
             while data:
                 data = data[os.write(self._file, data) :]
             os.fsync(self._file)
         except OSError as error:
+            with suppress(OSError):  # what was written of it would spoil the next entry
+                os.ftruncate(self._file, size)
             raise self._full(error) from error
 
     def close(self) -> None:

@@ -125,8 +125,8 @@ class Resumption:
         self._log.end(record, self._devices.audited_load())
 
     def _left_stroke(self, operation: Operation) -> Pass | None:
-        """Return what of a pass is on the film: what was seen of it, or all if nobody saw how far it got."""
+        """Return what of a pass is on the film: what was seen of it, or all if nobody looked, as after a power cut."""
         if not isinstance(operation.step, Pass):
             return None
         seen = last_attempts(self._past.records).get(operation.number)
-        return operation.step if seen is None or seen.stroke is None else seen.stroke
+        return operation.step if seen is None else seen.stroke

@@ -4,6 +4,7 @@ import logging
 import os
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -125,7 +126,8 @@ class RunLog:
     def close(self) -> None:
         """Give the files back."""
         self._journal.close()
-        self._as_run.close()
+        with suppress(OSError):  # a full disk was told when it was written; the log is written anew from the journal
+            self._as_run.close()
 
     def _write(self, event: str, record: AsRunRecord, more: dict[str, Any] | None = None) -> None:
         dumped = record.model_dump(mode="json")

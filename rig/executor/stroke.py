@@ -29,7 +29,8 @@ class Stroke:
         for a, b in pairwise(planned.points_mm):
             self._along_mm.append(self._along_mm[-1] + dist(a, b))
         self._segment = 0
-        self._loads_g: list[float] = list(planned.load_g[:1])
+        self._loads_g: list[float] = []
+        """Counted at each point that the post has passed."""
 
     def __call__(self, seen: Sighting) -> None:
         """Take notice of where the stage is."""
@@ -82,9 +83,9 @@ class Stroke:
         return min(self._along_mm[self._segment] + dist(start, position_mm), self._along_mm[-1])
 
     def _change_load(self) -> None:
-        while len(self._loads_g) <= self._segment + 1:
+        while len(self._loads_g) <= self._segment:
             self._loads_g.append(self._load.load_g())
-            self._load.set_load(self._planned.load_g[self._segment + 1])
+            self._load.set_load(self._planned.load_g[len(self._loads_g)])
 
     def _post_loads(self) -> tuple[float, ...] | None:
         if not self._forces:

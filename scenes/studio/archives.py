@@ -3,6 +3,7 @@
 import asyncio
 import io
 import zipfile
+from contextlib import suppress
 
 from planner.errors import InputError
 from scenes.exports import export_into
@@ -26,11 +27,9 @@ async def pack(job: Job, name: str) -> bytes | None:
 def _pack(job: Job, pattern: str) -> bytes | None:
     # A prediction may have been added since the plan was exported.
     folder, sources = job.folder / EXPORT, [job.folder / PLAN, job.folder / HOT]
-    try:
-        for source in filter(lambda path: path.is_dir(), sources):
+    for source in filter(lambda path: path.is_dir(), sources):
+        with suppress(InputError):  # a prediction's folder is empty until it is whole
             export_into(folder, source)
-    except InputError:
-        return None
     paths = sorted(folder.glob(pattern)) if folder.is_dir() else []
     if not paths:
         return None

@@ -18,11 +18,13 @@ from planner.program import (
     Layer,
     Pass,
     Program,
+    ResetAlignment,
     SaturatingModel,
     load_program,
     program_schema,
     save_program,
 )
+from planner.program.geometry import self_crossing
 
 SQUARE = ((-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0))
 
@@ -174,9 +176,18 @@ def test_outlines_that_no_extruder_deposits() -> None:
         assert "not a convex" in problems(film=film)
 
 
+@pytest.mark.parametrize("step", [Actuate, ResetAlignment])
+def test_temperatures_that_no_heater_is_told(step: type) -> None:
+    with pytest.raises(ValueError, match="greater than 0"):
+        step(temperature_c=0.0)
+
+
 def test_cut_lines_that_no_scissors_follow() -> None:
     bow = Cut(line_mm=((-6, -1), (6, 1), (6, -1), (-6, 1)))
     assert "crosses itself" in problems(finish=(bow, Actuate()))
+    notched = ((5, -6), (5, -3), (0, -3), (0, 3), (5, 3), (5, 6), (-5, 6), (-5, -6))
+    for line in (notched, tuple((-y, x) for x, y in notched)):
+        assert self_crossing(line) is None
     wide = Cut(line_mm=((-11, -1), (6, -1), (6, 1)))
     assert "outside the deposited region" in problems(finish=(wide, Actuate()))
 

@@ -137,3 +137,16 @@ def test_temperatures_out_of_bounds_are_refused(temperature_c: float) -> None:
     with pytest.raises(InputError, match="allowed is above 0 to 200"):
         plate(heater)[0].set_temperature(temperature_c)
     assert heater.target_c is None
+
+
+def test_a_relay_that_is_welded_from_the_start_is_told_although_the_plate_is_above_its_target() -> None:
+    """It may cool down to the target, but nothing may heat it further."""
+    heater = VirtualHeater()
+    device, clock = plate(heater)
+    device.set_temperature(153.0)
+    device.wait_temperature(600.0)
+    heater.stuck_at_s = clock.now_s()
+    device.set_temperature(150.0)
+    with pytest.raises(RigError, match=r"where 150 C were set.*at the mains"):
+        hold(device, clock, 600)
+    assert heater.hottest_c < 180

@@ -57,3 +57,22 @@ def test_a_full_disk_and_an_unwritable_place_are_told(tmp_path: Path, monkeypatc
         journal.write({"event": "a"})
     journal.close()
     assert read_journal(tmp_path / "j") == []
+
+
+def test_an_entry_that_was_half_written_does_not_spoil_the_next(tmp_path: Path, monkeypatch) -> None:
+    journal = Journal(tmp_path / "j")
+    journal.write({"event": "a"})
+    write = os.write
+
+    def short(file: int, data: bytes) -> int:
+        if len(data) < 9:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data[:-5])
+
+    with monkeypatch.context() as full:
+        full.setattr("rig.executor.journal.os.write", short)
+        with pytest.raises(RigError, match="free the disk"):
+            journal.write({"event": "lost"})
+    journal.write({"event": "b"})
+    journal.close()
+    assert read_journal(tmp_path / "j") == [{"event": "a"}, {"event": "b"}]
