@@ -21,7 +21,7 @@ out = Path("out/dome_and_saddle")
 out.mkdir(parents=True, exist_ok=True)
 
 # %%
-# The target: half an ellipsoid, 22 mm wide and 3.4 mm deep. ``lce scenes`` lists what else is
+# The target: the top of an ellipsoid, 21 mm wide and 3.4 mm deep. ``lce scenes`` lists what else is
 # built in.
 
 target = load_case("oblate_dome").make_target()

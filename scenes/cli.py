@@ -165,7 +165,7 @@ def plan(
 
 @app.command
 def predict(
-    program: Annotated[Path, Parameter(help="Program file, a plan's folder, or the as-run.jsonl of a run.")],
+    program: Annotated[Path, Parameter(help="Program file, a plan's or a run's folder, or an as-run.jsonl.")],
     *,
     out: Out,
     target: Annotated[str | None, Parameter(help="Score against this target. Default: the plan's own.")] = None,

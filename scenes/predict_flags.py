@@ -138,7 +138,8 @@ class SolverFlags:
     seed: Annotated[
         int,
         Parameter(
-            help="Seed of the flat film's small disturbance and of the scanner's noise.", validator=Number(gte=0)
+            help="Seed of all that is random: the flat film's disturbance, the scanner's noise, noisy films.",
+            validator=Number(gte=0),
         ),
     ] = 0
     device: Annotated[

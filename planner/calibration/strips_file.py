@@ -214,7 +214,7 @@ def _too_little(path: Path, rows: Sequence[dict[str, float | int | bool]]) -> li
     problems = []
     if len(rows) < LEAST_STRIPS:
         problems.append(
-            f"{path}: has {len(rows)} strips, allowed are {LEAST_STRIPS} or more: three numbers and the scatter are "
+            f"{path}: has {len(rows)} strips, allowed are {LEAST_STRIPS} or more: four numbers and the scatter are "
             "fitted; measure more strips, 20 are a good number."
         )
     for column, unit, least, why in (

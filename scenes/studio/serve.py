@@ -31,8 +31,8 @@ def run_studio(workspace: Path, *, port: int, at_once: int, browser: bool) -> No
     absent = [name for name in NEEDED if find_spec(name) is None]
     if absent:
         raise InputError(
-            f"studio: {', '.join(absent)} not found; install the extra `studio`: pip install 'lce-twin[studio]', or in "
-            "a clone: pip install -e '.[studio]'."
+            f"studio: {', '.join(absent)} not found; install the extra `studio`, in a clone by: "
+            "pip install -e '.[studio]'."
         )
     # The page's library reads the command line of its process, which is not its own.
     os.environ["TRAME_ARGS"] = ""

@@ -1,4 +1,4 @@
-"""Inverse design: a Program whose film becomes the target (paper, section 4: left there for future work).
+"""Inverse design: a Program whose film becomes the target (paper, sections 2.3 and 3: left for future work).
 
 Coarse to fine, each stage starting from the last one's film:
 

@@ -18,8 +18,8 @@ def test_without_the_extra_it_says_what_to_install(tmp_path, monkeypatch):
     with pytest.raises(InputError) as refused:
         open_studio(tmp_path / "workspace")
     assert refused.value.problems == (
-        "studio: trame, trame_vtk, trame_vuetify not found; install the extra `studio`: pip install "
-        "'lce-twin[studio]', or in a clone: pip install -e '.[studio]'.",
+        "studio: trame, trame_vtk, trame_vuetify not found; install the extra `studio`, in a clone by: pip "
+        "install -e '.[studio]'.",
     )
     assert not (tmp_path / "workspace").exists()
 
