@@ -92,6 +92,10 @@ class PostLoad(Protocol):
         """Return the load from the volume really pumped [g]."""
         ...
 
+    def keep_alive(self) -> None:
+        """Let the pump know that somebody listens, while something else is waited for during a dose."""
+        ...
+
     def prime(self, load_g: float) -> None:
         """Take the load as known [g], after the chamber was emptied or weighed."""
         ...

@@ -25,6 +25,10 @@ from rig.pump_link import TRIES, PumpLink
 from rig.transport import Transport
 
 POLL_S: Final = 0.5
+LONGER, LATER_S = 1.5, 10.0
+"""A dose may take so many times as long as its rate tells, and so much longer [s]."""
+FED_SHARE = 0.25
+"""Share of the watchdog's time after which it is fed."""
 SMALLEST_ML: Final = 0.0005
 """Doses below half a step of the counters are left out [mL]."""
 PUMPING: Final = frozenset({Status.INFUSING, Status.WITHDRAWING, Status.PURGING, Status.TIMED_PAUSE, Status.WAITING})
@@ -96,6 +100,8 @@ class PumpLoad:
         else:
             self._audit.water_ml = start * setup.ml_per_g
         self._dose: _Dose | None = None
+        self._heard_s = float("-inf")
+        """When the pump was last asked for its counters while it pumped."""
 
     @property
     def audited(self) -> AuditedLoad | None:
@@ -184,6 +190,8 @@ class PumpLoad:
         if self._dose is None:
             return
         clock, dose = self._link.clock, self._dose
+        # a rate that was lowered on the pump's keys must not keep the layer waiting
+        deadline_s = min(deadline_s, LONGER * abs(dose.asked_ml) / self._setup.rate_ml_min * 60.0 + LATER_S)
         end_s = clock.now_s() + deadline_s
         while self._audit.update() in PUMPING or self._audit.update_surely() in PUMPING:
             if clock.now_s() >= end_s:
@@ -208,15 +216,18 @@ class PumpLoad:
         """
         self._ready()
         self._audit.update()
+        self._heard_s = self._link.clock.now_s()
         return self._audit.water_ml / self._setup.ml_per_g
 
     def keep_alive(self) -> None:
-        """Feed the pump's watchdog, while something else is waited for during a dose.
+        """Feed the pump's watchdog, while something else is waited for during a dose; cheap if asked often.
 
         Raises:
             RigError: if the pump fails.
         """
-        self.load_g()
+        silent_s = self._link.clock.now_s() - self._heard_s
+        if 0.0 < FED_SHARE * self._setup.watchdog_s < silent_s:
+            self.load_g()
 
     def doubt(self, why: str) -> LoadUnknownError:
         """Take the load for unknown, and return the error that says so."""

@@ -19,6 +19,7 @@ from rig.executor.prompts import AbsentOperator, RecordedOperator, SimulatedOper
 from rig.executor.run_log import RunLog, RunTime
 from rig.executor.view import Unseen, View
 from rig.machine_file import RigDescription
+from rig.rig_file import WIRELESS
 from rig.virtual.machine import VirtualMachine
 
 
@@ -34,7 +35,7 @@ class Ran:
 
 
 def preflight(program: Program, rig: RigDescription) -> tuple[Problem, ...]:
-    """Return the preflight's warnings.
+    """Return the preflight's warnings, and what of a real rig is not there.
 
     Raises:
         InputError: with every reason why the machine must not run the Program.
@@ -44,7 +45,23 @@ def preflight(program: Program, rig: RigDescription) -> tuple[Problem, ...]:
     errors += _balance_on_film(program, rig)
     if errors:
         raise InputError(errors)
-    return problems
+    return (*problems, *_not_there(rig))
+
+
+def _not_there(rig: RigDescription) -> list[Problem]:
+    """Tell of simulated devices beside real ones, which are seen done although nobody does it."""
+    if not rig.file.has_serial_lines:
+        return []
+    missing = [name for name in WIRELESS if getattr(rig.file, name) == "simulated"]
+    told = {"enclosure": "it always says that it is closed, so that nothing guards the UV light"}
+    return [
+        Problem(
+            severity="warning",
+            where=f"rig, {name}",
+            message=f"is simulated beside real devices: {told.get(name, 'it does nothing')}; set it to operator",
+        )
+        for name in missing
+    ]
 
 
 def _balance_on_film(program: Program, rig: RigDescription) -> list[str]:

@@ -42,6 +42,7 @@ class Stroke:
             self._forces.append((along_mm, self._gauge.force_g()))
         if len(self._planned.load_g) > 1:
             self._change_load()
+            self._load.keep_alive()
 
     def done(self, took_s: float, expected_s: float) -> tuple[Pass, tuple[float, ...] | None]:
         """Return the pass with the loads counted and speeds measured, and the post's own loads where measured."""

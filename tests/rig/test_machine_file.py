@@ -4,9 +4,11 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.reliability.small_run import small_program
 from planner.errors import InputError
 from planner.program import load_machine
 from planner.program.machine import PAPER_MACHINE
+from rig.executor.session import preflight
 from rig.machine_file import SIMULATED_RIG, load_rig
 from rig.pump_load import PumpLoad
 from rig.transport import SimulatedTransport, VirtualClock
@@ -127,3 +129,17 @@ def test_bounds_of_the_peripherals_are_named(tmp_path: Path) -> None:
     ):
         (line,) = [line for line in found if place in line]
         assert bound in line, text
+
+
+def test_simulated_devices_beside_real_ones_are_told(tmp_path: Path) -> None:
+    assert not preflight(small_program(), load_rig())
+    line = 'transport = "serial"\nport = "/dev/absent"'
+    path = edited(
+        tmp_path, ('[stage]\ntransport = "simulated"', f"[stage]\n{line}"), ('lamp = "simulated"', 'lamp = "operator"')
+    )
+    told = preflight(small_program(), load_rig(path))
+    assert [problem.where for problem in told] == [
+        f"rig, {name}" for name in ("extruder", "hot_air", "hot_plate", "enclosure")
+    ]
+    assert all(problem.severity == "warning" for problem in told)
+    assert "nothing guards the UV light" in told[-1].message

@@ -243,3 +243,15 @@ def test_counters_that_cannot_belong_to_the_run_are_refused() -> None:
         load.prime(2.0)
         change(load, 2.5)
         assert pump.plunger.moved_ml == pytest.approx(0.5, abs=0.001)
+
+
+def test_a_dose_that_creeps_is_not_waited_for() -> None:
+    """As after the rate was lowered on the pump's keys."""
+    pump = VirtualPump()
+    load, line = rig(pump)
+    load.set_load(2.0)
+    for phase in pump.plunger.phases.values():
+        phase.rate *= 1e-3
+    with pytest.raises(RigError, match="check the rate"):
+        load.wait_settled(86_400.0)
+    assert line.clock.now_s() < 120.0
