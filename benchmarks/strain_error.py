@@ -28,7 +28,7 @@ from twin.film import Film, FilmOptions, build_film
 from twin.inverse.anchor import forms_on_target
 from twin.predict import PredictOptions, heat_film, open_newton, ramp_end, top_face
 from twin.score import score_surface
-from twin.shell.rest import RestState, rest_state
+from twin.shell.rest import GAUSS_POINTS, RestState, rest_state
 
 ERRORS = (-0.112, -0.072, -0.037, 0.0, 0.037, 0.072, 0.112)
 DEVIATION = 0.056
@@ -51,7 +51,9 @@ def stress_free(film: Film, own: RestState, vertices_mm: np.ndarray, error: floa
     strain = a - 2.0 * z * b + z**2 * (b @ np.linalg.inv(a) @ b) - np.eye(2)
     metric = np.eye(2) + (1.0 + error) * strain
     inverse = np.linalg.inv(metric)
-    weight = np.broadcast_to(film.thickness_mm / z.shape[1] / 2.0, own.point_z_mm.shape)
+    # half of a layer's thickness at each of its two points, as in `rest_state`
+    of_layers = 0.25 * film.layer_thickness_mm * film.modulus_ratio
+    weight = np.broadcast_to(np.tile(of_layers, len(GAUSS_POINTS)), own.point_z_mm.shape)
     rows = np.stack((inverse[..., 0, 0], 2.0 * inverse[..., 0, 1], inverse[..., 1, 1]), axis=-1)
     moments = [((weight * own.point_z_mm**power)[..., None] * rows).sum(axis=1) for power in range(3)]
     return replace(

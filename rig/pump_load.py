@@ -25,9 +25,11 @@ from rig.pump_link import TRIES, PumpLink
 from rig.transport import Transport
 
 POLL_S: Final = 0.5
-LONGER, LATER_S = 1.5, 10.0
-"""A dose may take so many times as long as its rate tells, and so much longer [s]."""
-FED_SHARE = 0.25
+LONGER: Final = 1.5
+"""Times that a dose may take as long as its rate tells."""
+LATER_S: Final = 10.0
+"""Time that it may take beyond that [s]."""
+FED_SHARE: Final = 0.25
 """Share of the watchdog's time after which it is fed."""
 SMALLEST_ML: Final = 0.0005
 """Doses below half a step of the counters are left out [mL]."""

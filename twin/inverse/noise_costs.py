@@ -21,7 +21,7 @@ def noise_costs(
     The expected loss of `twin.inverse.expected_loss`, of each kind alone: half the sum of u^t C u over the
     displacements u that one standard deviation of each error makes, in the quadratic form C of what displacements cost.
     Kinds are independent, so that their costs add up. A film that is soft loses less than its first order says, one
-    that snaps loses more.
+    that snaps loses more; C holds near the target, and far from it overstates all costs alike.
 
     Args:
         film: the film as planned.
