@@ -58,6 +58,14 @@ class OperatorLamp:
         """Say that it must be dark."""
         self._operator.tell("Switch the UV lamp off.")
 
+    def wait_off(self) -> None:
+        """Wait for the operator's word.
+
+        Raises:
+            PausedError: if it still shines.
+        """
+        _need(self._operator, "Is the UV lamp off?")
+
 
 class OperatorHotAir:
     """A hot-air gun that is held or hung up by hand."""
@@ -87,6 +95,14 @@ class OperatorHotAir:
         """Say that it must be off."""
         self._operator.tell("Switch the hot air off.")
 
+    def wait_off(self) -> None:
+        """Wait for the operator's word.
+
+        Raises:
+            PausedError: if it still blows.
+        """
+        _need(self._operator, "Is the hot air off, and does it point away from the layer?")
+
 
 class OperatorHotPlate:
     """A hot plate with knobs."""
@@ -115,6 +131,14 @@ class OperatorHotPlate:
     def turn_off(self) -> None:
         """Say that it must be off."""
         self._operator.tell("Switch the hot plate off.")
+
+    def wait_off(self) -> None:
+        """Wait for the operator's word.
+
+        Raises:
+            PausedError: if it still heats.
+        """
+        _need(self._operator, "Is the hot plate off?")
 
 
 class OperatorEnclosure:

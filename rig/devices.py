@@ -158,6 +158,15 @@ class WarmsUp(Protocol):
 
 
 @runtime_checkable
+class SwitchedByHand(Protocol):
+    """What is off only when somebody says so: `turn_off` asks for it and does not wait."""
+
+    def wait_off(self) -> None:
+        """Wait for the word that it is off."""
+        ...
+
+
+@runtime_checkable
 class HotAir(Protocol):
     """Hot-air gun that resets a layer to polydomain."""
 

@@ -168,6 +168,8 @@ class Executor:
             if isinstance(operation.step, Pass):  # its load may have changed along it
                 with self._interrupts.waiting():
                     self._performer.change_load(operation.step.load_g[0])
+        # it is done and written down: a no pauses before the next operation, and does not have it done again
+        self._performer.wait_off(operation.step)
 
     def _attempt(self, operation: Operation, attempt: int) -> Outcome:
         measured = Measured()

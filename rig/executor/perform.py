@@ -9,7 +9,7 @@ from planner.errors import RigError
 from planner.program import Actuate, Cure, Cut, Deposit, Machine, Pass, Point, ResetAlignment
 from planner.program.as_run import Outcome
 from planner.program.timing import move_s, pass_s
-from rig.devices import HotAir, HotPlate, Sighting, WarmsUp, Watch
+from rig.devices import HotAir, HotPlate, Sighting, SwitchedByHand, WarmsUp, Watch
 from rig.executor.interlocks import Guard
 from rig.executor.interrupts import PausedError
 from rig.executor.machine import Devices
@@ -98,6 +98,25 @@ class Performer:
                 self._actuate(step, measured)
         measured.facts["position_mm"] = self._devices.stage.position_mm()
         measured.facts["load_g"] = self._devices.load.load_g()
+
+    def wait_off(self, step: Step) -> None:
+        """Wait until what a step that is done switched on by hand is off again: what follows may be ink, or hands.
+
+        Raises:
+            PausedError: if it is not.
+        """
+        devices = self._devices
+        match step:
+            case ResetAlignment():
+                device = devices.hot_air
+            case Cure():
+                device = devices.lamp
+            case Actuate():
+                device = devices.hot_plate
+            case _:
+                return
+        if isinstance(device, SwitchedByHand):
+            device.wait_off()
 
     def change_load(self, load_g: float) -> None:
         """Change the load of the lifted post and wait until the pump's counters show it [g].

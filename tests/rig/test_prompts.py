@@ -12,9 +12,10 @@ import pytest
 from benchmarks.reliability.scene import as_run_records
 from benchmarks.reliability.small_run import small_program, small_rig
 from planner.errors import RigError
-from rig.executor.interrupts import Interrupts
+from rig.executor.interrupts import Interrupts, PausedError
 from rig.executor.prompts import AbsentOperator, TerminalOperator
 from rig.executor.session import operator_for, run_session
+from rig.machine_file import RigDescription
 
 
 @pytest.fixture
@@ -94,32 +95,49 @@ def test_without_a_terminal_a_real_machine_does_nothing(tmp_path: Path, capsys) 
 
 
 class Listed:
-    """Says yes and remembers the questions."""
+    """Says yes, but to one question, and remembers them all."""
 
-    def __init__(self) -> None:
+    def __init__(self, no_to: str = "") -> None:
         self.asked: list[str] = []
         self.told: list[str] = []
+        self._no_to = no_to
 
     def confirm(self, question: str) -> bool:
         self.asked.append(question)
-        return True
+        return question != self._no_to
 
     def tell(self, text: str) -> None:
         self.told.append(text)
 
 
-def test_a_machine_whose_peripherals_are_worked_by_hand(tmp_path: Path) -> None:
+def rig_by_hand() -> RigDescription:
     rig = small_rig()
     by_hand = dict.fromkeys(("extruder", "lamp", "hot_air", "hot_plate", "enclosure"), "operator")
+    return type(rig)(file=rig.file.model_copy(update=by_hand), machine=rig.machine)
+
+
+def test_a_machine_whose_peripherals_are_worked_by_hand(tmp_path: Path) -> None:
     operator = Listed()
-    run_session(
-        small_program(),
-        type(rig)(file=rig.file.model_copy(update=by_hand), machine=rig.machine),
-        tmp_path / "run",
-        operator=operator,
-    )
+    run_session(small_program(), rig_by_hand(), tmp_path / "run", operator=operator)
     assert "Does the layer of 0.2 mm lie?" in operator.asked
     assert operator.asked.count("Switch the UV lamp on. Is it on?") == 2
     assert operator.told.count("Switch the UV lamp off.") == 2
     answers = [record for record in as_run_records(tmp_path / "run") if record["record"] == "answer"]
     assert [record["question"] for record in answers] == operator.asked
+
+
+def test_nothing_follows_before_what_was_switched_by_hand_is_off(tmp_path: Path) -> None:
+    operator = Listed(no_to="Is the UV lamp off?")
+    with pytest.raises(PausedError, match="Is the UV lamp off"):
+        run_session(small_program(), rig_by_hand(), tmp_path / "run", operator=operator)
+    assert operator.asked[-1] == "Is the UV lamp off?"
+    ended = [record for record in as_run_records(tmp_path / "run") if record["record"] == "operation"]
+    assert (ended[-1]["kind"], ended[-1]["outcome"]) == ("cure", "done")
+    # the layer is cured: that is not done again
+    again = Listed()
+    run_session(small_program(), rig_by_hand(), tmp_path / "run", operator=again, resume=True)
+    assert again.asked.count("Switch the UV lamp on. Is it on?") == 1
+    assert again.asked.count("Is the UV lamp off?") == 1
+    off = ("Is the hot air off, and does it point away from the layer?", "Is the hot plate off?")
+    for question in off:
+        assert question in [*operator.asked, *again.asked], question
