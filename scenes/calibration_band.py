@@ -15,6 +15,9 @@ from twin.film import build_film
 from twin.predict import PredictOptions
 from twin.score import Score, score_surface
 
+MESH_MM = 1.2
+"""Edge of the films' triangles: many films in little more time than one takes; what counts is how scores differ."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationBand:
@@ -49,7 +52,7 @@ def score_drawn_calibrations(
     Raises:
         SolverError: if a film finds no equilibrium.
     """
-    coarse = for_many_films(options)
+    coarse = for_many_films(options, MESH_MM)
     calibration, rng = Calibration(program.calibration), np.random.default_rng((options.seed, count))
     drawn = [program.model_copy(update={"calibration": calibration.drawn(rng).record}) for _ in range(count)]
     films = [build_film(one, coarse.film) for one in (program, *drawn)]

@@ -37,7 +37,7 @@ class DesignNoiseFlags:
     ] = 5.0
     noise_direction_length_mm: Annotated[
         float, Parameter(help="Way over which that error changes [mm]; inf turns each layer as a whole.")
-    ] = 10.0
+    ] = 0.8
     noise_registration_mm: Annotated[
         float, Parameter(help="Shift of each layer along x, and along y [mm] (standard deviation).")
     ] = 0.2
@@ -81,7 +81,7 @@ class NoiseFlags(DesignNoiseFlags):
             "and the prediction's own makes scores comparable with its.",
             validator=Number(gte=0.05, lte=5.0),
         ),
-    ] = 1.2
+    ] = 0.8
 
     def process_noise(self) -> ProcessNoise:
         """Return the noise.

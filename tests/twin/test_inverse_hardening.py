@@ -24,7 +24,12 @@ from twin.inverse.stages import Stages
 from twin.predict import PredictOptions
 from twin.temperature import TemperatureGapModel
 
-SMALL = InverseOptions(heated=PredictOptions(film=FilmOptions(mesh_mm=1.0)), coarse_triangles=300)
+SMALL = InverseOptions(
+    heated=PredictOptions(film=FilmOptions(mesh_mm=1.0)),
+    coarse_triangles=300,
+    # directions that many passes share: errors of every kind then count
+    noise=ProcessNoise(direction_length_mm=10.0),
+)
 
 
 @pytest.fixture(scope="module")

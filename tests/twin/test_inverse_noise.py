@@ -14,6 +14,7 @@ KINDS = {
     "layer_strain": {"layer_strain": 0.05},
     "registration": {"registration_mm": 0.2},
     "direction": {"direction_rad": 0.02},
+    "direction over several passes": {"direction_rad": 0.02, "direction_length_mm": 10.0},
     "direction of whole layers": {"direction_rad": 0.02, "direction_length_mm": np.inf},
 }
 
@@ -50,9 +51,10 @@ def test_its_gradient_is_that_of_differences(film, kind):
     assert 2.0 * float((by_q * dq).sum()) == pytest.approx(slope, rel=1e-7)
 
 
-def test_correlated_directions_are_summed_up_on_a_grid(film):
+@pytest.mark.parametrize("kind", ["direction", "direction over several passes"])
+def test_correlated_directions_are_summed_up_on_a_grid(film, kind):
     """Against the correlation of each triangle with each."""
-    noise = replace(NONE, **KINDS["direction"])
+    noise = replace(NONE, **KINDS[kind])
     q, s = film.alignment, np.random.default_rng(3).normal(size=(4, len(film.triangles), 2)) + 0.5
     centre = film.flat_mm[film.triangles].mean(axis=1)
     distance = np.linalg.norm(centre[:, None] - centre[None], axis=2)

@@ -17,7 +17,7 @@ from twin.film import Film
 
 FIELDS = 24
 """Random fields of directions that stand for all of them where single errors are asked for."""
-CELLS_PER_LENGTH, MOST_CELLS = 4, 48
+CELLS_PER_LENGTH, MOST_CELLS = 4, 400
 """Fineness of the grid on which correlated directions are summed up: of the correlation's length, of the film."""
 
 
@@ -82,7 +82,9 @@ class ProcessErrors:
                 spread[layer] += along * change
                 by_q[layer] += along * back
             turned = 2.0 * self._noise.direction_rad * (across[layer] * own).sum(axis=1)
-            summed = self._to_grid.T @ (self._correlation @ (self._to_grid @ turned))
+            across_side, up_side = self._correlation
+            on_grid = (self._to_grid @ turned).reshape(len(across_side), len(up_side))
+            summed = self._to_grid.T @ (across_side @ on_grid @ up_side).ravel()
             value += float(turned @ summed)
             weight = 2.0 * self._noise.direction_rad * summed[:, None]
             spread[layer] += weight * across[layer]
@@ -121,18 +123,21 @@ def _across(q: np.ndarray) -> np.ndarray:
     return np.stack((-q[..., 1], q[..., 0]), axis=-1)
 
 
-def _on_grid(points_mm: np.ndarray, length_mm: float) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return the bilinear map of points [m, 2] to a square grid, [nodes, m], and the nodes' correlation."""
-    low = points_mm.min(axis=0)
-    extent = float(np.ptp(points_mm, axis=0).max())
-    cell = max(length_mm / CELLS_PER_LENGTH, extent / MOST_CELLS) if np.isfinite(length_mm) else extent
+def _on_grid(points_mm: np.ndarray, length_mm: float) -> tuple[sp.csr_matrix, tuple[np.ndarray, np.ndarray]]:
+    """Return the bilinear map of points [m, 2] to a grid, [across up, m], and the nodes' correlation along each side.
+
+    The correlation of two nodes is the product of those of their places along the sides.
+    """
+    low, extent = points_mm.min(axis=0), np.ptp(points_mm, axis=0)
+    longest = float(extent.max())
+    cell = max(length_mm / CELLS_PER_LENGTH, longest / MOST_CELLS) if np.isfinite(length_mm) else longest
     place = (points_mm - low) / cell
     corner = np.floor(place).astype(int)
-    across, up = corner.max(axis=0) + 2
+    counts = corner.max(axis=0) + 2
     part = place - corner
     entries = [
         (
-            (corner[:, 0] + right) * up + corner[:, 1] + above,
+            (corner[:, 0] + right) * counts[1] + corner[:, 1] + above,
             np.abs(1 - right - part[:, 0]) * np.abs(1 - above - part[:, 1]),
         )
         for right in (0, 1)
@@ -143,8 +148,8 @@ def _on_grid(points_mm: np.ndarray, length_mm: float) -> tuple[sp.csr_matrix, np
             np.concatenate([weight for _, weight in entries]),
             (np.concatenate([node for node, _ in entries]), np.tile(np.arange(len(place)), 4)),
         ),
-        shape=(across * up, len(place)),
+        shape=(counts[0] * counts[1], len(place)),
     )
-    nodes = cell * np.stack(np.meshgrid(np.arange(across), np.arange(up), indexing="ij"), axis=-1).reshape(-1, 2)
-    distance = np.linalg.norm(nodes[:, None] - nodes[None], axis=2)
-    return to_grid, np.exp(-0.5 * (distance / length_mm) ** 2)
+    steps = [cell * (np.arange(count)[:, None] - np.arange(count)) for count in counts]
+    across, up = (np.exp(-0.5 * (step / length_mm) ** 2) for step in steps)
+    return to_grid, (across, up)
