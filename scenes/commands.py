@@ -343,7 +343,7 @@ def _tell_design(made: InverseDesign) -> None:
             f"{made.wider_range_share:.0%} of its elastic energy at the target"
         )
     if made.noise_costs is not None:
-        say(f"  errors of the process: {costs_in_words(made.noise_costs, made.score.ssim_eq4)}")
+        say(f"  errors of the process: {costs_in_words(made.noise_costs)}")
     say("  lce predict --noise 32 shows how films with errors of the process score")
     for limit in made.limits:
         say(f"limit: {limit}")
@@ -390,7 +390,7 @@ def _tell_prediction(made: Prediction) -> None:
             f"{high:.3f} at 10, 50, 90 %; {noise['without_noise']['ssim_eq4']:.3f} without noise"
         )
         if noise["expected_cost"] is not None:
-            say(f"errors of the process: {costs_in_words(noise['expected_cost'], noise['without_noise']['ssim_eq4'])}")
+            say(f"errors of the process: {costs_in_words(noise['expected_cost'])}")
 
 
 def _tell_score(score: Score) -> None:

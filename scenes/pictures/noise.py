@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.costs_in_words import KINDS
+from scenes.costs_in_words import KINDS, TOGETHER
 from scenes.whole_file import whole_file
 from twin.score import Score
 
@@ -32,7 +32,7 @@ def draw_noise(
         scores: Of the noisy films.
         planned: Of the film as planned, on the same mesh.
         contraction: Of the noisy films, over that of the planned one.
-        costs: What each kind of error is expected to cost in similarity; None where that is not known.
+        costs: What each kind of error costs in similarity, and all together; None where that is not known.
         caption: Written below: which noise, which mesh.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -63,8 +63,9 @@ def draw_noise(
     if costs is None:
         shares.set_axis_off()
     else:
+        names = {**KINDS, TOGETHER: "all together"}
         dearest = sorted(costs, key=costs.__getitem__)
-        bars = shares.barh([KINDS[kind] for kind in dearest], [costs[kind] for kind in dearest], color="#9db8d2")
+        bars = shares.barh([names[kind] for kind in dearest], [costs[kind] for kind in dearest], color="#9db8d2")
         shares.bar_label(bars, fmt="%.3f", padding=3, fontsize=10)
         shares.margins(x=0.15)
         shares.locator_params(axis="x", nbins=5)

@@ -39,7 +39,7 @@ def score_rows(result: dict[str, Any]) -> Rows:
             ),
         ]
         if noise["expected_cost"] is not None:
-            rows.append(("errors of the process", costs_in_words(noise["expected_cost"], planned["ssim_eq4"])))
+            rows.append(("errors of the process", costs_in_words(noise["expected_cost"])))
     return rows
 
 

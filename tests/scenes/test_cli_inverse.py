@@ -46,7 +46,7 @@ def designed(planned):
         ideal=scored.score,
         finer=scored.score,
         wider_range_share=0.9,
-        noise_costs={"strain": 0.02, "layer_strain": 0.01, "registration": 0.005, "direction": 0.03},
+        noise_costs={"strain": 0.02, "layer_strain": 0.01, "registration": 0.005, "direction": 0.03, "together": 0.04},
         designed_mm=0.02,
         tilings=(Tiling.of_nothing(wanted=True),) * 4,
         layer_times=layer_times(program, load_machine()),
@@ -100,7 +100,7 @@ def test_a_design_leaves_its_program_figures_and_pictures(lce, dome_case, tmp_pa
     asked = search[0]["options"]
     assert (asked.heated.support, asked.heated.material.modulus_mpa) == ("free", 2.0)
     for words in ("is a placeholder", "layer 1:", f"SSIM (Eq. 4) {made.score.ssim_eq4:.3f}", "without passes",
-                  "cost 0.065 of similarity: direction 0.030, strain of the whole film 0.020",
+                  "cost 0.040 of similarity together; alone: direction 0.030, strain of the whole film 0.020",
                   "limit: The brow is too tight."):  # fmt: skip
         assert words in ran.out
     assert figures["noise_costs"] == made.noise_costs

@@ -75,7 +75,7 @@ class InverseDesign:
     over what it keeps as it is: below 1 as far as the range of contractions is what limits the design; None where the
     budget of time left no room for it."""
     noise_costs: dict[str, float] | None
-    """What each kind of error of the process is expected to cost, to first order, see `twin.inverse.noise_costs`; None
+    """What errors of the process cost by the film's answer to first order, see `twin.inverse.noise_costs`; None
     where the equilibrium is not stable, or the budget of time left no room for it."""
     designed_mm: float
     """Largest distance between the shape that was designed and the one that the ramp from flat finds [mm]."""

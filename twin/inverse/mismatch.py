@@ -74,7 +74,8 @@ class Mismatch:
         transform = self.register(top_mm, near)
         moved = transform.apply(top_mm)
         width, height = SHAPE_PX
-        pixel, triangle, weights = pixel_weights(moved, self._triangles, self._target.bounds_mm)
+        seen_by = pixel_weights(moved, self._triangles, self._target.bounds_mm)
+        pixel, triangle, weights = seen_by
         corners = self._triangles[triangle]
         look = sp.csr_matrix(
             (weights.ravel(), (np.repeat(pixel, 3), corners.ravel())), shape=(width * height, len(top_mm))
@@ -83,9 +84,7 @@ class Mismatch:
         steep = np.zeros((width * height, 3))
         facing = np.where(np.abs(normal[triangle, 2:]) > 0.05, normal[triangle, 2:], 0.05)
         steep[pixel] = normal[triangle] / facing
-        z = np.full(width * height, np.nan)
-        z[pixel] = (weights * moved[corners, 2]).sum(axis=1)
-        sample = grey_image(z.reshape(height, width), self._lowest, self._highest)
+        sample = self._image(moved, *seen_by)
         reference = self._reference
         both = (reference != 0.0) & (sample != 0.0)
         grey_per_mm = 254.0 / (self._highest - self._lowest)
@@ -141,6 +140,17 @@ class Mismatch:
             model=model,
         )
 
+    def similarity(self, moved_mm: np.ndarray) -> float:
+        """Return `ssim_eq4` of a top face that lies over the target as it should [mm], shape [n, 3]."""
+        seen_by = pixel_weights(moved_mm, self._triangles, self._target.bounds_mm)
+        return ssim_eq4(self._reference, self._image(moved_mm, *seen_by))
+
+    def _image(self, moved: np.ndarray, pixel: np.ndarray, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        width, height = SHAPE_PX
+        z = np.full(width * height, np.nan)
+        z[pixel] = (weights * moved[self._triangles[triangle], 2]).sum(axis=1)
+        return grey_image(z.reshape(height, width), self._lowest, self._highest)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class QuadraticModel:
@@ -181,9 +191,13 @@ class QuadraticModel:
             2.0 * self.rim_weight * self.off_mm,
         )
 
+    def aligned(self, displacement_mm: np.ndarray) -> np.ndarray:
+        """Return what registration leaves of a displacement, in the target's frame [mm], shape [n, 3]."""
+        return self.project.apply(displacement_mm @ self.rotation.T)
+
     def curve(self, displacement_mm: np.ndarray) -> np.ndarray:
         """Return the curvature times a displacement, shape [n, 3]."""
-        moved = self.project.apply(displacement_mm @ self.rotation.T)
+        moved = self.aligned(displacement_mm)
         z = ((self.look @ moved) * self.steep).sum(axis=1)
         image = self.image_curve(self.grey_per_mm * z) * self.grey_per_mm + 2.0 * self.share * z
         off = (moved[self.rim, :2] * self.outward).sum(axis=1)

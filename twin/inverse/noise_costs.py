@@ -1,27 +1,29 @@
-"""Which errors of the process cost a film most, to first order in the errors."""
+"""Which errors of the process cost a film most, by its first-order answer to them."""
 
 import numpy as np
+from scipy.stats.qmc import MultivariateNormalQMC
 
 from planner.target import Target
 from twin.batch import ProcessNoise
 from twin.film import Film
-from twin.inverse.expected_loss import NOISE_HEIGHTS, NOISE_OUTLINE
 from twin.inverse.mismatch import Mismatch
 from twin.inverse.noise import ProcessErrors
 from twin.inverse.world import World
 from twin.predict import PredictOptions
 from twin.temperature import TemperatureUniform
 
+DRAWS = 16
+"""Draws of a kind's errors, each taken to both sides."""
+TOGETHER = "together"
+
 
 def noise_costs(
     film: Film, vertices_mm: np.ndarray, target: Target, noise: ProcessNoise, heated: PredictOptions
 ) -> dict[str, float] | None:
-    """Return what each kind of error is expected to cost in similarity, by its name in `ProcessNoise`.
+    """Return what errors cost in similarity on average: each kind alone, by its name in `ProcessNoise`, and `together`.
 
-    The expected loss of `twin.inverse.expected_loss`, of each kind alone: half the sum of u^t C u over the
-    displacements u that one standard deviation of each error makes, in the quadratic form C of what displacements cost.
-    Kinds are independent, so that their costs add up. A film that is soft loses less than its first order says, one
-    that snaps loses more; C holds near the target, and far from it overstates all costs alike.
+    Only displacements are of first order: the hot shape is moved by them and really scored, since a rim that moves
+    costs about its distance, not the square of it. Films that snap lose more. Costs do not add up.
 
     Args:
         film: the film as planned.
@@ -39,15 +41,29 @@ def noise_costs(
     """
     if not isinstance(heated.temperature_field, TemperatureUniform):
         return None
-    world = World(film, Mismatch(target, film.triangles), heated)
+    mismatch = Mismatch(target, film.triangles)
+    world = World(film, mismatch, heated)
     try:
         q = film.alignment
         shape = world.settle(q, vertices_mm)
         if not world.linearise(q, shape.vertices_mm):
             return None
-        cost = shape.measured.model.weighed(heights=NOISE_HEIGHTS, outline=NOISE_OUTLINE)
         kinds = ProcessErrors(film, noise, seed=heated.seed).kinds(q)
-        moved = {kind: world.push(np.stack(changes)) for kind, changes in kinds.items()}
-        return {kind: 0.5 * sum(float((u * cost.curve(u)).sum()) for u in moves) for kind, moves in moved.items()}
+        answers = {kind: world.push(np.stack(changes)) for kind, changes in kinds.items()}
+        measured = shape.measured
+        top_mm = measured.transform.apply(shape.top_mm)
+
+        def similarity(move_mm: np.ndarray) -> float:
+            return mismatch.similarity(top_mm + measured.model.aligned(move_mm))
+
+        def cost(answer: np.ndarray) -> float:
+            if not answer.any():
+                return 0.0
+            drawn = MultivariateNormalQMC(np.zeros(len(answer)), rng=heated.seed).random(DRAWS)
+            moves = np.tensordot(drawn, answer, axes=1)
+            return measured.ssim - float(np.mean([similarity(move) for move in (*moves, *-moves)]))
+
+        together = np.concatenate(list(answers.values()))
+        return {**{kind: cost(answer) for kind, answer in answers.items()}, TOGETHER: cost(together)}
     finally:
         world.newton.close()
