@@ -78,3 +78,13 @@ def planned(tmp_path_factory, dome_case) -> Path:
     folder = tmp_path_factory.mktemp("planned") / "plan"
     plan_into(folder, load_case(dome_case).make_target())
     return folder
+
+
+@pytest.fixture
+def no_pictures(monkeypatch):
+    """Leave out the pictures, which take most of the time of a coarse prediction."""
+    for room in ("planning", "prediction"):
+        monkeypatch.setattr(f"scenes.{room}.draw_plan", lambda *_, **__: None)
+        monkeypatch.setattr(f"scenes.{room}.draw_target", lambda *_, **__: None)
+    for name in ("draw_hot_shape", "draw_depth_images", "draw_error_map", "draw_side_by_side"):
+        monkeypatch.setattr(f"scenes.prediction.{name}", lambda *_, **__: None)
