@@ -21,16 +21,11 @@ from twin.inverse.noise_costs import TOGETHER, noise_costs
 from twin.inverse.on_the_way import FIRST, LAST, PARTED_MM
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Search
-from twin.inverse.stages import Stages
+from twin.inverse.stages import BORNE, BORNE_LENGTH_MM, Stages
 from twin.predict import PredictOptions
 from twin.temperature import TemperatureGapModel
 
-SMALL = InverseOptions(
-    heated=PredictOptions(film=FilmOptions(mesh_mm=1.0)),
-    coarse_triangles=300,
-    # directions that many passes share: errors of every kind then count
-    noise=ProcessNoise(direction_length_mm=10.0),
-)
+SMALL = InverseOptions(heated=PredictOptions(film=FilmOptions(mesh_mm=1.0)), coarse_triangles=300)
 
 
 @pytest.fixture(scope="module")
@@ -284,6 +279,15 @@ def test_a_round_without_a_step_is_no_film_that_leaves(opened, monkeypatch):
     lowered, refinement.weight_per_mm3 = refinement.weight_per_mm3, weight
     assert found is design
     assert lowered == pytest.approx(3e-3)
+
+
+def test_a_search_is_for_half_of_the_deviations_and_for_directions_over_longer_ways(opened):
+    world, _, _, hardening, design = opened
+    film, s = world.film(design.q), np.random.default_rng(0).normal(size=design.q.shape)
+    half = replace(ProcessNoise().scaled(BORNE), direction_length_mm=BORNE_LENGTH_MM)
+    assert ProcessNoise().direction_length_mm < BORNE_LENGTH_MM
+    searched = hardening._errors.variance(design.q, s)[0]
+    assert searched == pytest.approx(ProcessErrors(film, half, seed=0).variance(design.q, s)[0], rel=1e-9)
 
 
 def test_costs_of_errors_are_what_such_films_lose(opened):

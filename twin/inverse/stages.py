@@ -57,6 +57,9 @@ A robust design keeps all of it: the anchor also holds down what noise does, and
 BORNE = 0.5
 """Deviations that a robust design is searched for, over those of the process that it must bear: searches for the whole
 ones run into snaps so early that their designs bear the whole ones worse, see decision 0013."""
+BORNE_LENGTH_MM = 10.0
+"""Least distance over which directions go wrong in that search: shorter ones let a film be soft in ways that larger
+moves than the first order's find, see decision 0014."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -366,7 +369,9 @@ class Stages:
     def _hardening(self, refinement: Refinement, world: World, control: Control) -> Iterator[Hardening]:
         """Make ready to harden the designs of a film."""
         film = world.newton.shell.film
-        errors = ProcessErrors(film, self._options.noise.scaled(BORNE), seed=self._options.seed)
+        noise = self._options.noise.scaled(BORNE)
+        noise = replace(noise, direction_length_mm=max(noise.direction_length_mm, BORNE_LENGTH_MM))
+        errors = ProcessErrors(film, noise, seed=self._options.seed)
         on_the_way = OnTheWay(self._world(film.flat_mm, film.triangles, film.alignment), errors)
         try:
             yield Hardening(refinement, world, control, errors, on_the_way)
