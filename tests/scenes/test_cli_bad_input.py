@@ -112,7 +112,7 @@ OPTIONS = [
     (("--device", "tpu"), 'Choose from: "auto", "cpu", "cuda"'),
     (("--noise", "-1"), "Must be >= 0"),
     (("--noise-strain", "0.1"), "--noise-strain 0.1: says how noisy films are, but --noise, their number, is 0"),
-    (("--noise-mesh-mm", "0.8"), "--noise-mesh-mm 0.8: says how noisy films are, but --noise"),
+    (("--noise-mesh-mm", "1.2"), "--noise-mesh-mm 1.2: says how noisy films are, but --noise"),
     (("--noise", "2", "--noise-mesh-mm", "0.01"), "Must be >= 0.05"),
     (("--noise", "2", "--noise-strain", "nan"), "process noise, strain: found nan"),
     (("--colour", "red"), "Unknown option: --colour"),
