@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.costs_in_words import KINDS, TOGETHER
+from scenes.costs_in_words import KINDS
 from scenes.whole_file import whole_file
 from twin.score import Score
 
@@ -63,9 +63,8 @@ def draw_noise(
     if costs is None:
         shares.set_axis_off()
     else:
-        names = {**KINDS, TOGETHER: "all together"}
         dearest = sorted(costs, key=costs.__getitem__)
-        bars = shares.barh([names[kind] for kind in dearest], [costs[kind] for kind in dearest], color="#9db8d2")
+        bars = shares.barh([KINDS[kind] for kind in dearest], [costs[kind] for kind in dearest], color="#9db8d2")
         shares.bar_label(bars, fmt="%.3f", padding=3, fontsize=10)
         shares.margins(x=0.15)
         shares.locator_params(axis="x", nbins=5)

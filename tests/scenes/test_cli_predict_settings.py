@@ -5,6 +5,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from results import COARSE, names, result_of
 
 from planner.program.machine import PAPER_MACHINE
 from scenes.noise_flags import NoiseFlags
@@ -14,16 +15,6 @@ from twin.batch import ProcessNoise
 from twin.families import Family
 from twin.hot_shape import Snap
 from twin.predict import PredictOptions, heat_film
-
-COARSE = ("--mesh-mm", "1.5", "--device", "cpu")
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()}
-
-
-def result_of(folder):
-    return json.loads((folder / "result.json").read_text())
 
 
 @pytest.mark.usefixtures("no_pictures")

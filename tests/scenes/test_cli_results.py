@@ -8,6 +8,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import trimesh
+from results import COARSE, names, result_of
 
 from planner.errors import InputError, SolverError
 from planner.program import load_program
@@ -19,7 +20,6 @@ from scenes.predict_flags import HeatingFlags, MaterialFlags, PostFlags, SolverF
 from twin.predict import predict
 from twin.score import Score
 
-COARSE = ("--mesh-mm", "1.5", "--device", "cpu")
 SCORES = (
     "ssim_eq4",
     "ssim_eq4_own_scale",
@@ -35,14 +35,6 @@ PLAN_FILES = {"program.json", "plan.json", "plan.png", "target.npz", "target.png
 SCORE_FILES = {"result.json", "scan.npz", "depth_images.png", "error_map.png"}
 UNSCORED_FILES = {"result.json", "shape.ply", "heating.npz", "hot_shape.png", "plan.png", "report.html"}
 PREDICT_FILES = UNSCORED_FILES | SCORE_FILES | {"target.png"}
-
-
-def names(folder):
-    return {path.name for path in folder.iterdir()}
-
-
-def result_of(folder):
-    return json.loads((folder / "result.json").read_text())
 
 
 def without_times(result):

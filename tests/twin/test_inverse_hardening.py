@@ -16,12 +16,12 @@ from twin.film import FilmOptions
 from twin.inverse import basin
 from twin.inverse import world as world_module
 from twin.inverse.expected_loss import NOISE_WEIGHT, ExpectedLoss
-from twin.inverse.noise import ProcessErrors
+from twin.inverse.noise import BORNE, BORNE_LENGTH_MM, ProcessErrors
 from twin.inverse.noise_costs import TOGETHER, noise_costs
 from twin.inverse.on_the_way import FIRST, LAST, PARTED_MM
 from twin.inverse.options import InverseOptions
 from twin.inverse.search import Search
-from twin.inverse.stages import BORNE, BORNE_LENGTH_MM, Stages
+from twin.inverse.stages import Stages
 from twin.predict import PredictOptions
 from twin.temperature import TemperatureGapModel
 

@@ -18,7 +18,15 @@ from scipy.spatial import KDTree
 
 from planner.target import Target
 from twin.film import boundary_edges
-from twin.scan import SHAPE_PX, RigidTransform, grey_image, pixel_weights, register, target_depth_image
+from twin.scan import (
+    SHAPE_PX,
+    RigidTransform,
+    depth_image,
+    grey_image,
+    pixel_weights,
+    register,
+    target_depth_image,
+)
 from twin.score import ssim_eq4
 
 WINDOW = 9
@@ -74,8 +82,7 @@ class Mismatch:
         transform = self.register(top_mm, near)
         moved = transform.apply(top_mm)
         width, height = SHAPE_PX
-        seen_by = pixel_weights(moved, self._triangles, self._target.bounds_mm)
-        pixel, triangle, weights = seen_by
+        pixel, triangle, weights = pixel_weights(moved, self._triangles, self._target.bounds_mm)
         corners = self._triangles[triangle]
         look = sp.csr_matrix(
             (weights.ravel(), (np.repeat(pixel, 3), corners.ravel())), shape=(width * height, len(top_mm))
@@ -84,7 +91,9 @@ class Mismatch:
         steep = np.zeros((width * height, 3))
         facing = np.where(np.abs(normal[triangle, 2:]) > 0.05, normal[triangle, 2:], 0.05)
         steep[pixel] = normal[triangle] / facing
-        sample = self._image(moved, *seen_by)
+        z = np.full(width * height, np.nan)
+        z[pixel] = (weights * moved[corners, 2]).sum(axis=1)
+        sample = grey_image(z.reshape(height, width), self._lowest, self._highest)
         reference = self._reference
         both = (reference != 0.0) & (sample != 0.0)
         grey_per_mm = 254.0 / (self._highest - self._lowest)
@@ -142,14 +151,8 @@ class Mismatch:
 
     def similarity(self, moved_mm: np.ndarray) -> float:
         """Return `ssim_eq4` of a top face that lies over the target as it should [mm], shape [n, 3]."""
-        seen_by = pixel_weights(moved_mm, self._triangles, self._target.bounds_mm)
-        return ssim_eq4(self._reference, self._image(moved_mm, *seen_by))
-
-    def _image(self, moved: np.ndarray, pixel: np.ndarray, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        width, height = SHAPE_PX
-        z = np.full(width * height, np.nan)
-        z[pixel] = (weights * moved[self._triangles[triangle], 2]).sum(axis=1)
-        return grey_image(z.reshape(height, width), self._lowest, self._highest)
+        depth = depth_image(moved_mm, self._triangles, self._target.bounds_mm)
+        return ssim_eq4(self._reference, grey_image(depth, self._lowest, self._highest))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

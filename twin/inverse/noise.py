@@ -8,6 +8,8 @@ functional of the alignment q, the variance that the process gives it is s^t Cov
 - the directions of a layer add sigma^2 t(x) k(x - x') t(x') with t = 2 q_perp . s and their correlation k.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import Delaunay, KDTree
@@ -19,6 +21,19 @@ FIELDS = 24
 """Random fields of directions that stand for all of them where single errors are asked for."""
 CELLS_PER_LENGTH, MOST_CELLS = 4, 400
 """Fineness of the grid on which correlated directions are summed up: of the correlation's length, of the film."""
+
+BORNE = 0.5
+"""Deviations that a robust design is searched for, over those of the process that it must bear: searches for the whole
+ones run into snaps so early that their designs bear the whole ones worse, see decision 0013."""
+BORNE_LENGTH_MM = 10.0
+"""Least distance over which directions go wrong in that search: shorter ones let a film be soft in ways that larger
+moves than the first order's find, see decision 0014."""
+
+
+def searched(noise: ProcessNoise) -> ProcessNoise:
+    """Return the noise that a design is searched for, so that it bears another."""
+    length_mm = max(noise.direction_length_mm, BORNE_LENGTH_MM)
+    return replace(noise.scaled(BORNE), direction_length_mm=length_mm)
 
 
 class ProcessErrors:

@@ -21,7 +21,7 @@ from twin.inverse.basin import WEIGHTS_PER_MM3, descend, descend_in_basin, harde
 from twin.inverse.field_control import FieldControl
 from twin.inverse.harden import Hardening
 from twin.inverse.mismatch import Mismatch
-from twin.inverse.noise import ProcessErrors
+from twin.inverse.noise import ProcessErrors, searched
 from twin.inverse.on_the_way import OnTheWay
 from twin.inverse.options import InverseOptions
 from twin.inverse.painted import painted_layer
@@ -54,12 +54,6 @@ PASS_WEIGHT_SHARE = 0.1
 shaped, and the gaps between lines are no fault that speeds could mend.
 
 A robust design keeps all of it: the anchor also holds down what noise does, and hardening lets it go by itself."""
-BORNE = 0.5
-"""Deviations that a robust design is searched for, over those of the process that it must bear: searches for the whole
-ones run into snaps so early that their designs bear the whole ones worse, see decision 0013."""
-BORNE_LENGTH_MM = 10.0
-"""Least distance over which directions go wrong in that search: shorter ones let a film be soft in ways that larger
-moves than the first order's find, see decision 0014."""
 OUTLINE_STEP_MM = 0.5
 
 
@@ -369,9 +363,7 @@ class Stages:
     def _hardening(self, refinement: Refinement, world: World, control: Control) -> Iterator[Hardening]:
         """Make ready to harden the designs of a film."""
         film = world.newton.shell.film
-        noise = self._options.noise.scaled(BORNE)
-        noise = replace(noise, direction_length_mm=max(noise.direction_length_mm, BORNE_LENGTH_MM))
-        errors = ProcessErrors(film, noise, seed=self._options.seed)
+        errors = ProcessErrors(film, searched(self._options.noise), seed=self._options.seed)
         on_the_way = OnTheWay(self._world(film.flat_mm, film.triangles, film.alignment), errors)
         try:
             yield Hardening(refinement, world, control, errors, on_the_way)
