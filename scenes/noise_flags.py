@@ -36,7 +36,11 @@ class DesignNoiseFlags:
         float, Parameter(help="Error of the direction of alignment [deg] (standard deviation).")
     ] = 5.0
     noise_direction_length_mm: Annotated[
-        float, Parameter(help="Way over which that error changes [mm]; inf turns each layer as a whole.")
+        float,
+        Parameter(
+            help="Way over which that error changes [mm]; inf turns each layer as a whole. A search for a robust plan "
+            "takes 10 at least."
+        ),
     ] = 0.8
     noise_registration_mm: Annotated[
         float, Parameter(help="Shift of each layer along x, and along y [mm] (standard deviation).")

@@ -33,7 +33,8 @@ class InverseOptions:
     robust: bool = False
     """Whether what noise is expected to cost is lowered too, for a little score without it and ten times the time."""
     noise: ProcessNoise = field(default_factory=ProcessNoise)
-    """Standard deviations of the errors that a robust design is made for."""
+    """Standard deviations of the errors that a robust design is made for; what it is searched for follows from them,
+    see `twin.inverse.noise.searched`: directions over less than 10 mm count as if over 10 mm."""
     budget_s: float | None = None
     """Time to stop after [s], about; None to go on until it no longer pays."""
     seed: int = 0
