@@ -1,5 +1,7 @@
 """Closest points on a surface, given as triangles or as a bare point cloud."""
 
+from functools import lru_cache
+
 import igl
 import numpy as np
 from scipy.spatial import KDTree
@@ -85,6 +87,7 @@ def grid_triangles(x_mm: np.ndarray, y_mm: np.ndarray, z_mm: np.ndarray) -> tupl
     return vertices, triangles.reshape(-1, 3)
 
 
+@lru_cache(maxsize=4)
 def target_surface(target: Target) -> ClosestPoints:
     """Closest points on a target; its grid is thinned to steps of at least 0.25 mm."""
     stride = max(1, round(0.25 / float(target.x_mm[1] - target.x_mm[0])))
