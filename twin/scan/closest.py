@@ -89,7 +89,10 @@ def grid_triangles(x_mm: np.ndarray, y_mm: np.ndarray, z_mm: np.ndarray) -> tupl
 
 @lru_cache(maxsize=4)
 def target_surface(target: Target) -> ClosestPoints:
-    """Closest points on a target; its grid is thinned to steps of at least 0.25 mm."""
+    """Closest points on a target; its grid is thinned to steps of at least 0.25 mm.
+
+    Kept for the last few targets: a search registers hundreds of shapes to one.
+    """
     stride = max(1, round(0.25 / float(target.x_mm[1] - target.x_mm[0])))
     grids = target.x_mm[::stride], target.y_mm[::stride], target.z_mm[::stride, ::stride]
     return ClosestPoints(*grid_triangles(*grids))
